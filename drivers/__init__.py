@@ -1,0 +1,1 @@
+"""Drivers of real hardware and of stored frames; each keeps a protocol of `rig.devices`."""

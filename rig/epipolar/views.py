@@ -1,0 +1,101 @@
+"""What goes into the slope estimator and what comes out."""
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.errors import SlopeError
+
+Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
+
+
+class Label(IntEnum):
+    """What is known about a pixel's slope."""
+
+    NONE = 0
+    """No answer; the slope is NaN."""
+    NEARER = 1
+    """Nearer than the focus distance (slope above 0)."""
+    BEYOND = 2
+    """Beyond the focus distance (slope of 0 or below)."""
+    OCCLUSION = 3
+    """At an occlusion boundary: visible in some of the views only."""
+
+
+@dataclass(frozen=True, slots=True)
+class RectifiedViews:
+    """V grey views of one instant, rectified to one common frame.
+
+    A point at `(u, v)` in the reference view with slope `m` appears at
+    `(u - m * x_steps[i], v - m * y_steps[i])` in view i.
+    """
+
+    images: Image
+    """(V, H, W), all of one type: uint8, uint16 or float32."""
+    x_steps: NDArray[np.float64]
+    """(V,) columns of the views, in view steps, right of the reference is positive."""
+    y_steps: NDArray[np.float64]
+    """(V,) rows of the views, in view steps, below the reference is positive."""
+    reference: int
+    """Index of the view at (0, 0)."""
+
+    def __post_init__(self) -> None:
+        images = np.asarray(self.images)
+        if images.ndim != 3 or str(images.dtype) not in ("uint8", "uint16", "float32"):
+            raise SlopeError(
+                f"asked for slopes of an array {images.shape} of {images.dtype}; give (V, H, W) "
+                "grey images of uint8, uint16 or float32"
+            )
+        count = images.shape[0]
+        x = np.ascontiguousarray(self.x_steps, np.float64)
+        y = np.ascontiguousarray(self.y_steps, np.float64)
+        if count < 2 or x.shape != (count,) or y.shape != (count,):
+            raise SlopeError(
+                f"found {count} views with {x.size} x and {y.size} y positions; "
+                "give two views or more and one position for each"
+            )
+        if not 0 <= self.reference < count:
+            raise SlopeError(f"reference view {self.reference} asked for, views are 0..{count - 1}")
+        if not (np.isfinite(x).all() and np.isfinite(y).all()):
+            raise SlopeError("view positions must be finite numbers of view steps")
+        if abs(x[self.reference]) > 1e-9 or abs(y[self.reference]) > 1e-9:
+            raise SlopeError(
+                f"the reference view lies at ({x[self.reference]}, {y[self.reference]}) view "
+                "steps; positions are counted from it, so it must be at (0, 0)"
+            )
+        if float(np.hypot(x, y).max()) < 1e-6:
+            raise SlopeError("all views lie at one position; slopes need a baseline")
+        object.__setattr__(self, "images", np.ascontiguousarray(images))
+        object.__setattr__(self, "x_steps", x)
+        object.__setattr__(self, "y_steps", y)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width of every view, px."""
+        return self.images.shape[1], self.images.shape[2]
+
+
+@dataclass(frozen=True, slots=True)
+class SlopePrior:
+    """A slope hypothesis N(m, sigma^2) for every pixel of the reference view."""
+
+    slope_px: NDArray[np.float32]
+    """(H, W), px per view step; NaN where there is none."""
+    sigma_px: NDArray[np.float32]
+    """(H, W), 1 sigma."""
+
+
+@dataclass(frozen=True, slots=True)
+class SlopeMap:
+    """Slope, its standard deviation and a label for every pixel of the reference view."""
+
+    slope_px: NDArray[np.float32]
+    """(H, W), px per view step, NaN only where the label is 0."""
+    sigma_px: NDArray[np.float32]
+    """(H, W), 1 sigma; |error| / sigma has a robust standard deviation near 1."""
+    label: NDArray[np.uint8]
+    """(H, W), values of `Label`."""
+    warnings: tuple[str, ...] = field(default=())
+    """What was left out and why, e.g. a view that is black."""

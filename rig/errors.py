@@ -1,0 +1,136 @@
+"""Everything rig refuses, as a small tree.
+
+RigError
+├── ConfigError (ValueError)          a profile, plan or option that cannot be used
+├── DeviceError                       carries the name of the device
+│   ├── DeviceNotFoundError           it is not there, or may not be opened
+│   ├── DeviceLostError               it was there and is gone, or talks nonsense
+│   ├── CaptureTimeoutError (TimeoutError)   not all views arrived in time
+│   ├── ViewSkewError                 views of one grab are too far apart in time
+│   ├── StageLimitError (ValueError)  the move leaves the travel; nothing moved
+│   ├── StageAlarmError               the controller refused or stopped; carries its code
+│   ├── StageTimeoutError (TimeoutError)     no answer, or the move did not end in time
+│   └── StagePositionError            it stopped elsewhere than it was told to
+├── TargetError                       no board, or not the board asked for, or it moved
+├── SlopeError                        images that give no slope
+├── CurveError                        too few or contradictory distances, or another rig's curve
+└── StoreError                        database or frame folder cannot be read or written
+
+Messages say what was asked, what was found (with units) and what to do next.
+"""
+
+
+class RigError(Exception):
+    """Base of every error that rig raises on purpose; the command line prints it as one line."""
+
+
+class ConfigError(RigError, ValueError):
+    """A profile, plan or option cannot be used as it is written."""
+
+
+class DeviceError(RigError):
+    """Something went wrong with one device."""
+
+    def __init__(self, device: str, message: str) -> None:
+        super().__init__(f"{device}: {message}")
+        self.device = device
+
+
+class DeviceNotFoundError(DeviceError):
+    """The device is not there, is used by another program, or may not be opened."""
+
+
+class DeviceLostError(DeviceError):
+    """The device answered before and does not any more; it must be opened again."""
+
+
+class CaptureTimeoutError(DeviceError, TimeoutError):
+    """Not every view arrived in time."""
+
+    def __init__(self, device: str, *, missing: tuple[str, ...], timeout_s: float) -> None:
+        super().__init__(
+            device,
+            f"asked for all views within {timeout_s:.2f} s, nothing came from "
+            f"{', '.join(missing)}; check cable and power of these views, or raise camera.timeout_s",
+        )
+        self.missing = missing
+        self.timeout_s = timeout_s
+
+
+class ViewSkewError(DeviceError):
+    """The views of one grab were exposed too far apart in time."""
+
+    def __init__(self, device: str, *, skew_s: float, allowed_s: float) -> None:
+        super().__init__(
+            device,
+            f"views {skew_s * 1e3:.2f} ms apart, allowed {allowed_s * 1e3:.2f} ms; "
+            "use hardware sync, or raise camera.max_skew_s for a static scene",
+        )
+        self.skew_s = skew_s
+        self.allowed_s = allowed_s
+
+
+class StageLimitError(DeviceError, ValueError):
+    """A move was refused because it leaves the travel; nothing moved."""
+
+    def __init__(self, device: str, *, wanted_mm: float, travel_mm: tuple[float, float]) -> None:
+        low_mm, high_mm = travel_mm
+        super().__init__(
+            device,
+            f"asked for {wanted_mm:.3f} mm, travel is {low_mm:.3f}..{high_mm:.3f} mm; "
+            "choose distances inside the travel",
+        )
+        self.wanted_mm = wanted_mm
+        self.travel_mm = travel_mm
+
+
+class StageAlarmError(DeviceError):
+    """The controller stopped or refused; the position must not be trusted until homed again."""
+
+    def __init__(self, device: str, message: str, *, code: str) -> None:
+        super().__init__(device, message)
+        self.code = code
+
+
+class StageTimeoutError(DeviceError, TimeoutError):
+    """The controller did not answer, or the move did not end, in time."""
+
+    def __init__(self, device: str, message: str, *, timeout_s: float) -> None:
+        super().__init__(device, message)
+        self.timeout_s = timeout_s
+
+
+class StagePositionError(DeviceError):
+    """The stage says it arrived, but the position read back is another one."""
+
+    def __init__(
+        self, device: str, *, wanted_mm: float, reached_mm: float, tolerance_mm: float
+    ) -> None:
+        super().__init__(
+            device,
+            f"sent to {wanted_mm:.3f} mm, reads {reached_mm:.3f} mm "
+            f"(tolerance {tolerance_mm:.3f} mm); look for an obstacle or lost steps and home again",
+        )
+        self.wanted_mm = wanted_mm
+        self.reached_mm = reached_mm
+        self.tolerance_mm = tolerance_mm
+
+
+class TargetError(RigError):
+    """The calibration target could not be used; `reason` is one word for programs."""
+
+    def __init__(self, message: str, *, reason: str) -> None:
+        super().__init__(message)
+        self.reason = reason
+
+
+class SlopeError(RigError):
+    """The images give no slope."""
+
+
+class CurveError(RigError):
+    """No depth-slope curve can be fitted, or the one at hand does not belong to this rig."""
+
+
+class StoreError(RigError):
+    """The database or the frame folders cannot be read or written."""
