@@ -51,7 +51,8 @@ class CaptureTimeoutError(DeviceError, TimeoutError):
         super().__init__(
             device,
             f"asked for all views within {timeout_s:.2f} s, nothing came from "
-            f"{', '.join(missing)}; check cable and power of these views, or raise camera.timeout_s",
+            f"{', '.join(missing)}; check cable and power of these views, "
+            "or raise camera.timeout_s",
         )
         self.missing = missing
         self.timeout_s = timeout_s
