@@ -1,0 +1,53 @@
+"""Images with their time: what a camera gives."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+GreyImage = NDArray[np.uint8] | NDArray[np.uint16]
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One image of one view; the pixels are read-only."""
+
+    view: str
+    """Name of the view, as in the profile."""
+    image: GreyImage
+    """(H, W) grey values, 8 or 16 bit."""
+    timestamp_s: float
+    """Middle of the exposure on the clock of the camera's host, s."""
+    sequence: int
+    """Frame counter of this view; a gap means lost frames."""
+    exposure_s: float | None = None
+    """Exposure as the device reports it."""
+
+    def __post_init__(self) -> None:
+        image = self.image.view()
+        image.flags.writeable = False
+        object.__setattr__(self, "image", image)
+
+
+@dataclass(frozen=True, slots=True)
+class MultiView:
+    """One frame per view, all of one instant, in the camera's fixed order."""
+
+    frames: tuple[Frame, ...]
+    temperature_degc: float | None = None
+    """Temperature of the camera where the device reports one."""
+
+    @property
+    def skew_s(self) -> float:
+        """Time between the first and the last exposure among the views."""
+        times_s = [frame.timestamp_s for frame in self.frames]
+        return max(times_s) - min(times_s)
+
+    @property
+    def timestamp_s(self) -> float:
+        """Mean mid-exposure time of the views."""
+        return sum(frame.timestamp_s for frame in self.frames) / len(self.frames)
+
+    def stack(self) -> GreyImage:
+        """Return all images as one array (V, H, W), in the camera's order."""
+        return np.stack([frame.image for frame in self.frames])

@@ -1,0 +1,223 @@
+"""A profile: one rig, described completely, as it stands on the bench."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from rig.profile.model import Model
+from rig.profile.world import NotNegative, Positive, WorldConfig
+
+Span = tuple[float, float]
+
+
+class ViewConfig(Model):
+    """One view of the multi-view and its place."""
+
+    name: str = Field(min_length=1, pattern=r"^[A-Za-z0-9_-]+$")
+    """Short name; it appears in file names and messages."""
+    x_steps: float
+    """Place right of the reference view, in view steps (multiples of the pitch)."""
+    y_steps: float
+    """Place below the reference view, in view steps."""
+
+
+class CameraLimits(Model):
+    """What every kind of camera has to keep."""
+
+    timeout_s: Positive = 3.0
+    """Longest wait for one multi-view."""
+    max_skew_s: Positive = 0.005
+    """Largest time between the exposures of one multi-view; anything above is dropped."""
+
+
+class SimCameraConfig(CameraLimits):
+    """The simulated camera; it looks at the profile's `world`."""
+
+    kind: Literal["sim"]
+    """Selects the simulated camera."""
+    width_px: int = Field(ge=16)
+    """Image width."""
+    height_px: int = Field(ge=16)
+    """Image height."""
+    exposure_s: Positive = 0.008
+    """Exposure time of every view."""
+    frame_interval_s: Positive = 1.0 / 30.0
+    """Time between frames."""
+
+
+class FolderCameraConfig(CameraLimits):
+    """Stored images instead of a device."""
+
+    kind: Literal["folder"]
+    """Selects stored images."""
+    folder: str
+    """Folder with the images; relative paths start at the profile file."""
+    files: dict[str, str]
+    """By view name: a file name or pattern (`left_*.png`); one match per multi-view, in order."""
+
+
+CameraConfig = Annotated[SimCameraConfig | FolderCameraConfig, Field(discriminator="kind")]
+
+
+class GrblStageConfig(Model):
+    """A linear stage behind a GRBL 1.1 controller."""
+
+    kind: Literal["grbl"]
+    """Selects the GRBL 1.1 protocol."""
+    port: str
+    """Serial port: a device path, or a pyserial URL such as `socket://host:port`."""
+    baud: int = Field(default=115200, gt=0)
+    """Bits per second."""
+    axis: Literal["X", "Y", "Z"] = "X"
+    """The controller's axis that carries the board."""
+    travel_mm: Span
+    """Nearest and farthest distance the board may be sent to. Because of `approach_mm` the carriage
+    itself goes that much nearer; opening checks that the controller's own limits leave the room."""
+    distance_at_machine_zero_mm: float
+    """Distance of the board from the reference camera at machine coordinate 0."""
+    direction: Literal[1, -1] = 1
+    """1: distance grows with the machine coordinate; -1: it shrinks."""
+    speed_mm_s: Positive = 50.0
+    """Speed of moves."""
+    acceleration_mm_s2: Positive = 200.0
+    """Acceleration set in the controller; used only to estimate times."""
+    approach_mm: NotNegative = 2.0
+    """Every position is approached from the near side over this distance: backlash cancels."""
+    tolerance_mm: Positive = 0.02
+    """Largest difference between the position asked for and the one read back."""
+    may_home: bool = True
+    """Whether opening may move the stage to its reference switch."""
+    homing_timeout_s: Positive = 60.0
+    """Longest wait for homing."""
+
+    @model_validator(mode="after")
+    def _travel_has_a_length(self) -> Self:
+        if not self.travel_mm[0] < self.travel_mm[1]:
+            low_mm, high_mm = self.travel_mm
+            raise ValueError(f"travel_mm runs from {low_mm} to {high_mm}; give nearest, farthest")
+        return self
+
+
+class TargetConfig(Model):
+    """The board on the stage."""
+
+    kind: Literal["checkerboard"]
+    """A plain checkerboard."""
+    columns: int = Field(ge=3)
+    """Inner corners along the longer side."""
+    rows: int = Field(ge=3)
+    """Inner corners along the shorter side."""
+    square_mm: Positive
+    """Side of one square."""
+
+
+class SweepConfig(Model):
+    """The calibration sweep when the command line does not say otherwise."""
+
+    from_mm: Positive
+    """First distance, visited."""
+    to_mm: Positive
+    """Last distance, visited."""
+    count: int = Field(default=17, ge=2)
+    """How many distances, both ends included."""
+    samples: int = Field(default=5, ge=1)
+    """Multi-views per stop."""
+    holdout_every: int = Field(default=4, ge=0)
+    """Every so-many-th distance is kept out of the fit and judges it; 0 keeps none."""
+    backward_every: int = Field(default=4, ge=0)
+    """On the way back every so-many-th distance is measured again; 0 for none."""
+    settle_s: NotNegative = 0.4
+    """Pause between the end of a move and the first exposure."""
+    max_motion_px: Positive = 0.1
+    """Largest corner motion between the first and the last sample of a stop."""
+    move_timeout_s: Positive = 60.0
+    """Longest wait for one move."""
+
+
+class SlopeConfig(Model):
+    """The slopes that the scene can have."""
+
+    range_px: Span
+    """Smallest and largest slope to look for, px per view step."""
+
+    @model_validator(mode="after")
+    def _range_has_a_length(self) -> Self:
+        if not self.range_px[0] < self.range_px[1]:
+            low_px, high_px = self.range_px
+            raise ValueError(f"range_px runs from {low_px} to {high_px}; give smallest, largest")
+        return self
+
+
+class QualityConfig(Model):
+    """Gates: a run that misses one ends with exit code 3."""
+
+    holdout_rms_pct: Positive = 0.2
+    """Largest rms depth error at held-out distances, per cent of the distance."""
+    holdout_max_pct: Positive = 0.5
+    """Largest depth error at any held-out distance, per cent."""
+    valid_share_pct: NotNegative = 50.0
+    """Least share of pixels with a depth in a capture, per cent."""
+
+
+class Profile(Model):
+    """One rig: camera, views, stage, target and the defaults of its runs."""
+
+    name: str = Field(min_length=1, pattern=r"^[A-Za-z0-9_.-]+$")
+    """Name of the rig; curves belong to it."""
+    description: str = ""
+    """One line for `rig profile list`."""
+    pitch_mm: Positive
+    """Length of one view step."""
+    views: tuple[ViewConfig, ...] = Field(min_length=2)
+    """All views; exactly one of them, the reference, is at (0, 0)."""
+    camera: CameraConfig
+    """Where images come from."""
+    stage: GrblStageConfig | None = None
+    """What carries the board; not needed for capture."""
+    target: TargetConfig | None = None
+    """The board; not needed for capture."""
+    sweep: SweepConfig | None = None
+    """The calibration sweep; not needed for capture."""
+    slopes: SlopeConfig
+    """Search range of the dense estimator."""
+    quality: QualityConfig = QualityConfig()
+    """Limits of a good run."""
+    world: WorldConfig | None = None
+    """The simulated rig's truth; only for `kind = "sim"` cameras and `sim://` ports."""
+
+    @model_validator(mode="after")
+    def _views_make_sense(self) -> Self:
+        names = [view.name for view in self.views]
+        if len(set(names)) != len(names):
+            raise ValueError(f"view names must differ, found {', '.join(names)}")
+        at_origin = [v.name for v in self.views if v.x_steps == 0.0 and v.y_steps == 0.0]
+        if len(at_origin) != 1:
+            raise ValueError(
+                f"exactly one view must be at x_steps = 0, y_steps = 0 (the reference), "
+                f"found {len(at_origin)}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _parts_belong_together(self) -> Self:
+        names = {view.name for view in self.views}
+        if isinstance(self.camera, FolderCameraConfig) and set(self.camera.files) != names:
+            odd = ", ".join(sorted(set(self.camera.files) ^ names))
+            raise ValueError(f"camera.files must name every view once, differs at: {odd}")
+        if self.world is not None:
+            unknown = sorted(set(self.world.view_errors) - names)
+            if unknown:
+                raise ValueError(f"world.view_errors names no view: {', '.join(unknown)}")
+        simulated = self.camera.kind == "sim" or (
+            self.stage is not None and self.stage.port.startswith("sim://")
+        )
+        if simulated and self.world is None:
+            raise ValueError("a simulated camera or stage needs a [world] section")
+        return self
+
+    @property
+    def reference(self) -> int:
+        """Index of the reference view."""
+        return next(
+            i for i, view in enumerate(self.views) if view.x_steps == 0.0 and view.y_steps == 0.0
+        )

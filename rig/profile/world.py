@@ -1,0 +1,138 @@
+"""The truth of a simulated rig: what `sim` builds and `rig` never looks at."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from rig.profile.model import Model
+
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Vector = tuple[float, float, float]
+
+
+class OpticsConfig(Model):
+    """The ideal cameras: one focal length, sheared so that the focus distance has no disparity."""
+
+    focal_px: Positive
+    """True focal length of every camera, px."""
+    focus_mm: Positive
+    """Distance at which all views agree (slope 0), mm."""
+    blur_px: NotNegative = 0.8
+    """Standard deviation of the Gaussian point spread, px."""
+    focal_drift_ppm_per_degc: float = 0.0
+    """Relative change of the focal length with temperature, parts per million per degree C."""
+
+
+class SensorConfig(Model):
+    """From light to grey levels."""
+
+    bits: Literal[8, 16] = 8
+    """Bits per pixel of the delivered image."""
+    electrons_per_level: Positive = 40.0
+    """Photo-electrons per 8-bit grey level: sets the shot noise."""
+    read_noise_levels: NotNegative = 1.0
+    """Standard deviation of the read noise, 8-bit grey levels."""
+    black_level: NotNegative = 4.0
+    """Grey level without any light."""
+
+
+class ViewErrorConfig(Model):
+    """How one true camera differs from the ideal one."""
+
+    gain: Positive = 1.0
+    """Brightness relative to the ideal camera."""
+    offset_levels: float = 0.0
+    """Added to every pixel, 8-bit grey levels."""
+    shift_mm: Vector = (0.0, 0.0, 0.0)
+    """Optical centre away from its nominal place: right, down, forward."""
+    rotation_deg: Vector = (0.0, 0.0, 0.0)
+    """Rotation about the camera's x, y and z axis (Rodrigues vector)."""
+    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    """Brown-Conrady k1, k2, p1, p2, k3."""
+
+
+class CarriageConfig(Model):
+    """The mechanics of the simulated stage, between motor and board."""
+
+    scale: Positive = 1.0
+    """True mm per mm that the controller believes."""
+    axis_deg: tuple[float, float] = (0.0, 0.0)
+    """Direction of travel against the optical axis: towards the right, downwards."""
+    board_at_machine_zero_mm: Positive
+    """True distance of the board from the reference camera at machine coordinate 0."""
+    power_up_mm: float = -350.0
+    """Machine coordinate at which the carriage stands when power comes."""
+    backlash_mm: NotNegative = 0.0
+    """Play between motor and carriage when the direction changes."""
+    ring_mm: NotNegative = 0.0
+    """Amplitude of the carriage's oscillation at the end of a move."""
+    ring_hz: Positive = 12.0
+    """Its frequency."""
+    ring_decay_s: Positive = 0.06
+    """Time in which it falls to 1/e."""
+
+
+class FirmwareConfig(Model):
+    """Settings of the simulated controller."""
+
+    max_rate_mm_s: Positive = 100.0
+    """Fastest motion."""
+    acceleration_mm_s2: Positive = 400.0
+    """Acceleration and deceleration."""
+    travel_mm: Positive = 820.0
+    """Soft-limit travel; machine coordinates run from -travel to 0."""
+    pull_off_mm: Positive = 2.0
+    """Distance from the switch at which homing ends."""
+    homing_mm_s: Positive = 100.0
+    """Speed of the search for the switch."""
+    steps_per_mm: Positive = 400.0
+    """Resolution of the motor."""
+
+
+class TemperatureConfig(Model):
+    """Slow warming of the rig: T(t) = start + rise * (1 - exp(-t / time))."""
+
+    start_degc: float = 25.0
+    """Temperature when the world begins."""
+    rise_degc: float = 0.0
+    """How much it rises in the end."""
+    time_s: Positive = 600.0
+    """Time constant."""
+
+
+class WorldConfig(Model):
+    """Everything true about a simulated rig."""
+
+    clock: Literal["fast", "real"] = "fast"
+    """`fast`: simulated time passes as quickly as the computer can; `real`: it takes its time."""
+    renderer: Literal["mitsuba", "analytic"] = "mitsuba"
+    """`mitsuba` traces rays in a scene; `analytic` draws the board only, in closed form."""
+    samples_per_px: int = Field(default=16, ge=1)
+    """Rays per pixel."""
+    sweep_scene: Literal["board", "desk"] = "board"
+    """What the camera sees while a stage carries the board."""
+    capture_scene: Literal["board", "desk"] = "desk"
+    """What it sees when no stage is in use."""
+    seed: int = Field(default=1, ge=0)
+    """Seed of all noise; the same seed gives the same frames."""
+    optics: OpticsConfig
+    """Lens and arrangement of the ideal cameras."""
+    sensor: SensorConfig = SensorConfig()
+    """Noise and grey levels."""
+    view_errors: dict[str, ViewErrorConfig] = {}
+    """By view name: how the true camera differs from the ideal one."""
+    carriage: CarriageConfig
+    """Mechanics of the stage."""
+    firmware: FirmwareConfig = FirmwareConfig()
+    """Controller of the stage."""
+    temperature: TemperatureConfig = TemperatureConfig()
+    """Warming of the rig."""
+    board_tilt_deg: tuple[float, float] = (0.0, 0.0)
+    """Rotation of the board about the x and the y axis of the reference camera."""
+    board_offset_mm: tuple[float, float] = (0.0, 0.0)
+    """Board centre right of and below the optical axis at machine coordinate 0."""
+    board_margin_mm: NotNegative = 15.0
+    """White border around the outer squares."""
+    board_square_mm: Positive | None = None
+    """True size of a square where the print differs from the target's nominal size."""
