@@ -1,6 +1,7 @@
 """Images with their time: what a camera gives."""
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,4 +51,4 @@ class MultiView:
 
     def stack(self) -> GreyImage:
         """Return all images as one array (V, H, W), in the camera's order."""
-        return np.stack([frame.image for frame in self.frames])
+        return cast("GreyImage", np.stack([frame.image for frame in self.frames]))

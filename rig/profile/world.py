@@ -120,7 +120,7 @@ class WorldConfig(Model):
     """Lens and arrangement of the ideal cameras."""
     sensor: SensorConfig = SensorConfig()
     """Noise and grey levels."""
-    view_errors: dict[str, ViewErrorConfig] = {}
+    view_errors: dict[str, ViewErrorConfig] = Field(default_factory=dict)
     """By view name: how the true camera differs from the ideal one."""
     carriage: CarriageConfig
     """Mechanics of the stage."""

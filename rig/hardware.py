@@ -1,0 +1,105 @@
+"""From a profile to opened devices: the only place that knows drivers and simulation."""
+
+from collections.abc import Callable, Generator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rig.devices import Camera, Clock, Stage, SystemClock
+from rig.errors import ConfigError
+from rig.profile import (
+    FolderCameraConfig,
+    GrblStageConfig,
+    Profile,
+    SimCameraConfig,
+)
+
+if TYPE_CHECKING:
+    from sim.world import World
+
+
+@dataclass(frozen=True, slots=True)
+class Hardware:
+    """The opened devices of one rig, and the clock that they share."""
+
+    camera: Camera
+    stage: Stage
+    clock: Clock
+
+
+@contextmanager
+def open_hardware(profile: Profile) -> Generator[Hardware]:
+    """Open stage, then camera, of a profile; close both whatever happens.
+
+    Raises:
+        ConfigError: the profile has no stage.
+        DeviceError: a device is not there or does not answer.
+    """
+    if profile.stage is None:
+        raise ConfigError(f"profile {profile.name}: has no [stage]; a sweep needs one")
+    with ExitStack() as stack:
+        bench = _Bench(profile, stack, uses_stage=True)
+        stage = stack.enter_context(bench.stage(profile.stage))
+        camera = stack.enter_context(bench.camera())
+        yield Hardware(camera, stage, bench.clock)
+
+
+@contextmanager
+def open_camera(profile: Profile) -> Generator[tuple[Camera, Clock]]:
+    """Open only the camera of a profile; no stage is touched.
+
+    Raises:
+        DeviceError: the camera is not there or does not answer.
+    """
+    with ExitStack() as stack:
+        bench = _Bench(profile, stack, uses_stage=False)
+        yield stack.enter_context(bench.camera()), bench.clock
+
+
+class _Bench:
+    """Makes each part when it is asked for; a real bench never imports `sim`."""
+
+    def __init__(self, profile: Profile, stack: ExitStack, *, uses_stage: bool) -> None:
+        self._profile = profile
+        self._world: World | None = None
+        self.clock: Clock = SystemClock()
+        simulated = profile.camera.kind == "sim" or (
+            uses_stage and profile.stage is not None and profile.stage.port.startswith("sim://")
+        )
+        if simulated:
+            from sim.bench import plugged_world
+
+            world = stack.enter_context(plugged_world(profile, uses_stage=uses_stage))
+            self._world, self.clock = world, world.clock
+
+    def camera(self) -> Camera:
+        match self._profile.camera:
+            case SimCameraConfig() as config:
+                from sim.camera import SimCamera
+
+                if self._world is None:
+                    raise ConfigError(f"profile {self._profile.name}: has no [world] to look at")
+                return SimCamera(config, self._world)
+            case FolderCameraConfig() as config:
+                from drivers.folder import FolderCamera
+
+                return FolderCamera(
+                    config, self._profile.views, root=Path(config.folder), clock=self.clock
+                )
+
+    def stage(self, config: GrblStageConfig) -> Stage:
+        from drivers.grbl import GrblStage
+
+        return GrblStage(config, self.clock)
+
+
+def serve_simulated_stage(on_ready: Callable[[str], None]) -> None:
+    """Run the simulated GRBL stage of the `sim` profile on a pty until interrupted.
+
+    Args:
+        on_ready: called once with the path of the device to open.
+    """
+    from sim.bench import serve_stage
+
+    serve_stage(on_ready)

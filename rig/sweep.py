@@ -1,0 +1,87 @@
+"""The calibration sweep: move, settle, grab; again and again."""
+
+from collections.abc import Generator, Mapping, Sequence
+from dataclasses import dataclass
+
+from rig.devices import Camera, Clock, Stage
+from rig.frames import MultiView
+from rig.plan import Stop
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """One multi-view taken at one stop."""
+
+    stop: Stop
+    sample: int
+    """Number of the sample within its stop, from 0."""
+    reached_mm: float
+    """Position of the stage, read back."""
+    multiview: MultiView
+
+
+@dataclass(slots=True)
+class SweepTimes:
+    """Where the time of a sweep went, on the bench's clock."""
+
+    moves_s: float = 0.0
+    settling_s: float = 0.0
+    exposures_s: float = 0.0
+
+    @property
+    def needed_s(self) -> float:
+        """What the bench itself needed; all else is overhead."""
+        return self.moves_s + self.settling_s + self.exposures_s
+
+
+def run_sweep(
+    stops: Sequence[Stop],
+    *,
+    stage: Stage,
+    camera: Camera,
+    clock: Clock,
+    samples: int,
+    settle_s: float,
+    move_timeout_s: float,
+    grab_timeout_s: float,
+    times: SweepTimes,
+    done: Mapping[int, frozenset[int]] | None = None,
+) -> Generator[Taken]:
+    """Yield every sample as soon as it is taken.
+
+    A generator on purpose: the consumer stores each sample before the next is taken, so a failure
+    loses at most one. Targets are static: the stage stops, oscillations get `settle_s` to die
+    away, and only then exposures begin.
+
+    Args:
+        stops: where to halt, in order.
+        stage: homed and open.
+        camera: open; every grab is exposed after the move.
+        clock: what the devices share.
+        samples: multi-views per stop.
+        settle_s: pause between the end of a move and the first exposure.
+        move_timeout_s: longest wait for one move.
+        grab_timeout_s: longest wait for one multi-view.
+        times: filled while the sweep runs.
+        done: by stop index, the samples that exist already (of an interrupted sweep).
+
+    Raises:
+        DeviceError: stage or camera failed; the stage has been stopped.
+    """
+    finished = done or {}
+    for stop in stops:
+        missing = [k for k in range(samples) if k not in finished.get(stop.index, frozenset())]
+        if not missing:
+            continue
+        begun_s = clock.now_s()
+        reached_mm = stage.move_to(stop.distance_mm, move_timeout_s)
+        moved_s = clock.now_s()
+        clock.sleep_s(settle_s)
+        settled_s = clock.now_s()
+        times.moves_s += moved_s - begun_s
+        times.settling_s += settled_s - moved_s
+        for sample in missing:
+            before_s = clock.now_s()
+            multiview = camera.grab(grab_timeout_s)
+            times.exposures_s += clock.now_s() - before_s
+            yield Taken(stop, sample, reached_mm, multiview)
