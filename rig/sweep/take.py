@@ -1,11 +1,12 @@
 """The calibration sweep: move, settle, grab; again and again."""
 
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
 from rig.devices import Camera, Clock, Stage
 from rig.frames import MultiView
-from rig.plan import Stop
+from rig.sweep.plan import Stop
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +47,7 @@ def run_sweep(
     grab_timeout_s: float,
     times: SweepTimes,
     done: Mapping[int, frozenset[int]] | None = None,
+    held: Callable[[], AbstractContextManager[None]] = nullcontext,
 ) -> Generator[Taken]:
     """Yield every sample as soon as it is taken.
 
@@ -64,6 +66,7 @@ def run_sweep(
         grab_timeout_s: longest wait for one multi-view.
         times: filled while the sweep runs.
         done: by stop index, the samples that exist already (of an interrupted sweep).
+        held: what keeps interrupts waiting while a sample is taken and stored.
 
     Raises:
         DeviceError: stage or camera failed; the stage has been stopped.
@@ -81,7 +84,8 @@ def run_sweep(
         times.moves_s += moved_s - begun_s
         times.settling_s += settled_s - moved_s
         for sample in missing:
-            before_s = clock.now_s()
-            multiview = camera.grab(grab_timeout_s)
-            times.exposures_s += clock.now_s() - before_s
-            yield Taken(stop, sample, reached_mm, multiview)
+            with held():
+                before_s = clock.now_s()
+                multiview = camera.grab(grab_timeout_s)
+                times.exposures_s += clock.now_s() - before_s
+                yield Taken(stop, sample, reached_mm, multiview)

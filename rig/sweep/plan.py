@@ -83,8 +83,8 @@ def plan_stops(
 
     visits: list[tuple[int, Direction]] = [(place, "forward") for place in range(last + 1)]
     if backward_every > 0:
-        again = [p for p in range(last - 1, -1, -1) if p % backward_every == 0]
-        visits += [(place, "backward") for place in again]
+        again = (place for place in range(last - 1, -1, -1) if place % backward_every == 0)
+        visits.extend((place, "backward") for place in again)
     return tuple(
         Stop(index, ordered[place], role(place), direction)
         for index, (place, direction) in enumerate(visits)

@@ -1,0 +1,50 @@
+# Everything runs in ./.venv; nothing outside this folder is touched.
+PYTHON ?= python3
+BIN := .venv/bin
+READY := .venv/.ready
+DEMO := demo
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test test-all check format benchmarks clean
+
+help: ## Show what can be made
+	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 14
+
+$(READY): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "rig needs Python 3.11 or newer, $(PYTHON) is %d.%d; call: make PYTHON=/path/to/python3.11" % sys.version_info[:2])'
+	@test -x $(BIN)/python || $(PYTHON) -m venv .venv || { rm -rf .venv; $(PYTHON) -m venv --without-pip .venv && $(PYTHON) -m pip --python $(BIN)/python install pip; }
+	@echo "installing rig into .venv (once; a few minutes on a slow line) ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[sim,report,dev]'
+	@touch $@
+
+demo: $(READY) ## Sweep the simulated rig, then measure depth with it
+	@RIG_DATABASE=sqlite:///$(DEMO)/rig.sqlite RIG_CACHE_DIR=$(DEMO)/renders sh -e -c '\
+	  mkdir -p $(DEMO); \
+	  $(BIN)/rig sweep sim; \
+	  $(BIN)/rig capture sim --frames 5 --out $(DEMO)/depth'
+	@echo
+	@echo "report:     $$(ls -td $(DEMO)/frames/sim/*/report.html | head -1)"
+	@echo "depth maps: $(DEMO)/depth (depth_00000.png is a picture to look at)"
+
+test: $(READY) ## Run the quick tests (under three minutes)
+	@$(BIN)/python -m pytest -q -m "not slow"
+
+test-all: $(READY) ## Run every test
+	@$(BIN)/python -m pytest -q
+
+check: $(READY) ## Format, lint, types, import rules, then the quick tests
+	@$(BIN)/ruff format --check .
+	@$(BIN)/ruff check .
+	@$(BIN)/basedpyright --pythonpath $(BIN)/python
+	@$(BIN)/lint-imports
+	@$(MAKE) --no-print-directory test
+
+format: $(READY) ## Rewrite the code in the house format
+	@$(BIN)/ruff format .
+	@$(BIN)/ruff check --fix .
+
+benchmarks: $(READY) ## Measure the numbers that README quotes
+	@$(BIN)/python -m benchmarks
+
+clean: ## Remove the environment and everything the demo made
+	rm -rf .venv $(DEMO) .pytest_cache .ruff_cache .hypothesis benchmarks/out

@@ -1,0 +1,1 @@
+"""Live depth: from the camera's multi-views to maps of distance."""

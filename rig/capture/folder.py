@@ -1,0 +1,71 @@
+"""The folder of one capture: maps per multi-view, a line of facts each, and a picture."""
+
+import json
+from pathlib import Path
+
+from rig.capture.live import Measured
+from rig.depth import write_depth_png, write_label_png, write_pfm
+from rig.errors import StoreError
+from rig.profile import Profile
+
+
+class CaptureFolder:
+    """Writes what a capture measures; every file appears whole or not at all."""
+
+    def __init__(self, folder: Path, profile: Profile, curve_id: int | None) -> None:
+        self.folder = folder
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._facts = (folder / "frames.jsonl").open("w", encoding="utf-8")
+        except OSError as error:
+            raise StoreError(
+                f"capture folder {folder}: cannot be written: {error.strerror}; "
+                "choose another one with --out"
+            ) from error
+        self._profile = profile
+        self._curve_id = curve_id
+
+    def write(self, measured: Measured) -> None:
+        """Write all maps of one multi-view and its line in `frames.jsonl`.
+
+        Raises:
+            StoreError: the folder cannot be written, e.g. the disk is full.
+        """
+        number = f"{measured.index:05d}"
+        slopes = measured.slopes
+        write_pfm(self.folder / f"slope_{number}.pfm", slopes.slope_px)
+        write_label_png(self.folder / f"label_{number}.png", slopes.label)
+        if measured.depth is None:
+            write_pfm(self.folder / f"sigma_{number}.pfm", slopes.sigma_px)
+        else:
+            write_pfm(self.folder / f"sigma_{number}.pfm", measured.depth.sigma_mm)
+            write_pfm(self.folder / f"depth_{number}.pfm", measured.depth.depth_mm)
+            write_depth_png(self.folder / f"depth_{number}.png", measured.depth.depth_mm)
+        try:
+            self._facts.write(json.dumps(self._line(measured)) + "\n")
+            self._facts.flush()
+        except OSError as error:
+            raise StoreError(
+                f"{self._facts.name}: cannot be written: {error.strerror}; make room and "
+                "capture again, earlier maps are kept"
+            ) from error
+
+    def close(self) -> None:
+        """Close the list of facts."""
+        self._facts.close()
+
+    def _line(self, measured: Measured) -> dict[str, object]:
+        multiview = measured.multiview
+        return {
+            "frame": measured.index,
+            "rig": self._profile.name,
+            "curve": self._curve_id,
+            "sigma_unit": "px per view step" if measured.depth is None else "mm",
+            "timestamp_s": multiview.timestamp_s,
+            "skew_s": multiview.skew_s,
+            "sequence": {frame.view: frame.sequence for frame in multiview.frames},
+            "exposure_s": {frame.view: frame.exposure_s for frame in multiview.frames},
+            "temperature_degc": multiview.temperature_degc,
+            "latency_s": measured.latency_s,
+            "warnings": list(measured.slopes.warnings),
+        }

@@ -1,0 +1,77 @@
+"""Live metric depth: slopes of every multi-view, turned into distance by the rig's curve."""
+
+import statistics
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from rig.curve import Curve
+from rig.depth import DepthMap, depth_from_slopes
+from rig.devices import Camera
+from rig.epipolar import SlopeMap, estimate_slopes
+from rig.frames import MultiView
+from rig.profile import Profile
+from rig.rectified import rectified_views
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """One multi-view with its slopes and, where a curve is known, its depth."""
+
+    index: int
+    multiview: MultiView
+    slopes: SlopeMap
+    depth: DepthMap | None
+    latency_s: float
+    """From the moment the camera handed the multi-view over until its depth was ready."""
+
+
+@dataclass(slots=True)
+class CaptureTally:
+    """What a capture did, frame by frame."""
+
+    latencies_s: list[float] = field(default_factory=list)
+    skews_s: list[float] = field(default_factory=list)
+    valid_shares: list[float] = field(default_factory=list)
+    skewed: int = 0
+    """Multi-views left out because their views were too far apart in time."""
+
+    def add(self, measured: Measured) -> None:
+        """Count one measured multi-view."""
+        self.latencies_s.append(measured.latency_s)
+        self.skews_s.append(measured.multiview.skew_s)
+        valid = measured.slopes.label > 0 if measured.depth is None else measured.depth.label > 0
+        self.valid_shares.append(float(valid.mean()))
+
+    @property
+    def valid_pct(self) -> float:
+        """Mean share of pixels with an answer, per cent; NaN before the first frame."""
+        return 100.0 * statistics.fmean(self.valid_shares) if self.valid_shares else float("nan")
+
+
+def run_capture(
+    profile: Profile, camera: Camera, curve: Curve | None, tally: CaptureTally
+) -> Iterator[Measured]:
+    """Yield slopes and depth of every multi-view that the camera streams.
+
+    Skewed multi-views are dropped and counted: a moving scene seen at different times gives
+    slopes that no distance explains.
+
+    Raises:
+        DeviceError: the camera failed.
+        SlopeError: the images give no slopes at all.
+    """
+    index = 0
+    for multiview in camera.stream():
+        begun_s = time.perf_counter()
+        if multiview.skew_s > profile.camera.max_skew_s:
+            tally.skewed += 1
+            continue
+        slopes = estimate_slopes(
+            rectified_views(profile, multiview.stack()), slope_range_px=profile.slopes.range_px
+        )
+        depth = None if curve is None else depth_from_slopes(slopes, curve)
+        measured = Measured(index, multiview, slopes, depth, time.perf_counter() - begun_s)
+        tally.add(measured)
+        index += 1
+        yield measured

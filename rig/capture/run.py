@@ -1,0 +1,176 @@
+"""One capture from request to summary."""
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, nullcontext
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from rig.capture.folder import CaptureFolder
+from rig.capture.live import CaptureTally, Measured, run_capture
+from rig.capture.picture import write_picture
+from rig.curve import Curve
+from rig.devices import Camera
+from rig.errors import CurveError
+from rig.interrupts import Interrupts
+from rig.profile import Profile
+
+
+@dataclass(frozen=True, slots=True)
+class CaptureRequest:
+    """What a capture is to do."""
+
+    frames: int | None
+    """Stop after so many multi-views; None goes on."""
+    duration_s: float | None
+    """Stop after so many seconds; None goes on."""
+    folder: Path | None
+    """Where maps go; None writes nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class CaptureSummary:
+    """What a capture did."""
+
+    frames: int
+    frames_per_s: float
+    latency_s: tuple[float, float]
+    """Median and 95th percentile."""
+    skew_s: tuple[float, float, float]
+    """Median, 95th percentile, largest."""
+    dropped: dict[str, int]
+    """By reason."""
+    valid_pct: float
+    folder: Path | None
+    picture: Path | None
+    is_interrupted: bool
+    failed_gate: str | None
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the summary as the command line's JSON contract."""
+        return {
+            "frames": self.frames,
+            "fps": self.frames_per_s,
+            "latency_ms": {"p50": 1e3 * self.latency_s[0], "p95": 1e3 * self.latency_s[1]},
+            "dropped": sum(self.dropped.values()),
+            "dropped_by_reason": dict(self.dropped),
+            "valid_pct": self.valid_pct,
+            "skew_ms": {
+                "p50": 1e3 * self.skew_s[0],
+                "p95": 1e3 * self.skew_s[1],
+                "max": 1e3 * self.skew_s[2],
+            },
+            "out": None if self.folder is None else str(self.folder),
+        }
+
+
+def new_capture_folder(beside: Path, rig: str) -> Path:
+    """Name a folder for a capture that nobody named, by rig and UTC time."""
+    moment = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
+    return beside / "captures" / f"{rig}_{moment}"
+
+
+def capture_depth(
+    profile: Profile,
+    request: CaptureRequest,
+    camera: Camera,
+    curve: tuple[int, Curve] | None,
+    *,
+    on_frame: Callable[[Measured, CaptureTally], None],
+) -> CaptureSummary:
+    """Capture until the request is fulfilled, the camera ends, or Ctrl-C.
+
+    Args:
+        profile: the rig.
+        request: how long, and where maps go.
+        camera: open.
+        curve: the curve and its number; None measures slopes only.
+        on_frame: told of every measured multi-view.
+
+    Raises:
+        DeviceError: the camera failed; what was written before is kept.
+        StoreError: the folder cannot be written.
+    """
+    tally = CaptureTally()
+    curve_id, law = (None, None) if curve is None else curve
+    folder = None if request.folder is None else CaptureFolder(request.folder, profile, curve_id)
+    last: Measured | None = None
+    is_interrupted = False
+    begun_s = time.monotonic()
+    with closing(folder) if folder is not None else nullcontext(), Interrupts() as interrupts:
+        try:
+            for measured in _until(run_capture(profile, camera, law, tally), request, begun_s):
+                with interrupts.held():
+                    if folder is not None:
+                        folder.write(measured)
+                    last = measured
+                    on_frame(measured, tally)
+        except KeyboardInterrupt:
+            is_interrupted = True
+        took_s = time.monotonic() - begun_s
+        picture = None
+        if folder is not None and last is not None:
+            picture = write_picture(folder.folder / "last_frame.png", last, profile.reference)
+    return CaptureSummary(
+        frames=len(tally.latencies_s),
+        frames_per_s=len(tally.latencies_s) / took_s if took_s > 0.0 else 0.0,
+        latency_s=(_percentile(tally.latencies_s, 50), _percentile(tally.latencies_s, 95)),
+        skew_s=(
+            _percentile(tally.skews_s, 50),
+            _percentile(tally.skews_s, 95),
+            _percentile(tally.skews_s, 100),
+        ),
+        dropped={**camera.dropped, "skew": tally.skewed},
+        valid_pct=tally.valid_pct,
+        folder=request.folder,
+        picture=picture,
+        is_interrupted=is_interrupted,
+        failed_gate=_failed_gate(profile, tally),
+    )
+
+
+def require_matching(profile: Profile, calibrated: Profile, curve_id: int) -> None:
+    """Refuse a curve that was measured with another arrangement of cameras.
+
+    Raises:
+        CurveError: rig, views, pitch or kind of camera differ.
+    """
+    for what, found, asked in (
+        ("rig", calibrated.name, profile.name),
+        ("views", calibrated.views, profile.views),
+        ("pitch_mm", calibrated.pitch_mm, profile.pitch_mm),
+    ):
+        if found != asked:
+            shown = f"{found} there, {asked} here" if what != "views" else "other places of views"
+            raise CurveError(
+                f"curve {curve_id} belongs to another rig: {what} differs ({shown}); "
+                f"run `rig sweep {profile.name}` or choose with --curve"
+            )
+
+
+def _until(
+    measured: Iterator[Measured], request: CaptureRequest, begun_s: float
+) -> Iterator[Measured]:
+    for item in measured:
+        yield item
+        if request.frames is not None and item.index + 1 >= request.frames:
+            return
+        if request.duration_s is not None and time.monotonic() - begun_s >= request.duration_s:
+            return
+
+
+def _percentile(values: list[float], percent: float) -> float:
+    return float(np.percentile(values, percent)) if values else math.nan
+
+
+def _failed_gate(profile: Profile, tally: CaptureTally) -> str | None:
+    if not tally.latencies_s:
+        return "no multi-view was measured"
+    least_pct = profile.quality.valid_share_pct
+    if tally.valid_pct < least_pct:
+        return f"{tally.valid_pct:.1f} % of the pixels have an answer, asked for {least_pct:.1f} %"
+    return None

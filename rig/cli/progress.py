@@ -1,0 +1,71 @@
+"""Progress with time left: one live line on a terminal, plain lines elsewhere."""
+
+import sys
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+from rig.cli.output import tell
+
+if TYPE_CHECKING:
+    from rig.capture.live import CaptureTally, Measured
+
+_LINE_EVERY_S = 2.0
+
+
+class Progress:
+    """Says how far a run is; on a terminal it keeps rewriting one line."""
+
+    def __init__(self, total: int | None) -> None:
+        self._total = total
+        self._begun_s = time.monotonic()
+        self._last_s = 0.0
+        self._is_terminal = sys.stderr.isatty()
+        self._width = 0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._is_terminal and self._width:
+            sys.stderr.write("\n")
+
+    def report(self, done: int, text: str, *, first: int = 0) -> None:
+        """Show that `done` of the total are done; `first` were done before this run."""
+        now_s = time.monotonic()
+        is_last = self._total is not None and done >= self._total
+        if not self._is_terminal and not is_last and now_s - self._last_s < _LINE_EVERY_S:
+            return
+        self._last_s = now_s
+        count = f"{done}" if self._total is None else f"{done}/{self._total}"
+        left = self._left(done, first, now_s)
+        line = f"[{count}] {text}{left}"
+        if self._is_terminal:
+            sys.stderr.write("\r" + line.ljust(self._width))
+            sys.stderr.flush()
+            self._width = len(line)
+        else:
+            tell(line)
+
+    def _left(self, done: int, first: int, now_s: float) -> str:
+        if self._total is None or done <= first or done >= self._total:
+            return ""
+        left_s = (now_s - self._begun_s) / (done - first) * (self._total - done)
+        return f", {left_s // 60:.0f} min {left_s % 60:.0f} s left"
+
+
+class FrameProgress(Progress):
+    """Progress of a capture."""
+
+    def update(self, measured: "Measured", tally: "CaptureTally") -> None:
+        """Show the newest multi-view."""
+        self.report(
+            measured.index + 1,
+            f"answer at {100.0 * tally.valid_shares[-1]:.1f} % of the pixels, "
+            f"{1e3 * measured.latency_s:.0f} ms",
+        )

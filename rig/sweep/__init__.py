@@ -1,0 +1,1 @@
+"""The calibration sweep: plan, take, measure, conclude."""

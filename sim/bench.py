@@ -1,0 +1,37 @@
+"""A whole simulated bench: clock, stage and world, plugged together."""
+
+from collections.abc import Callable, Generator
+from contextlib import ExitStack, contextmanager
+
+from rig.devices import Clock, SystemClock
+from rig.errors import ConfigError
+from rig.profile import Profile
+from sim.carriage import Carriage
+from sim.clock import VirtualClock
+from sim.firmware.grbl import GrblFirmware
+from sim.wire import plug
+from sim.world import World
+
+
+@contextmanager
+def plugged_world(profile: Profile, *, uses_stage: bool) -> Generator[World]:
+    """Build the World of a profile and plug its stage into the serial port that it names.
+
+    Args:
+        profile: a profile with a `[world]`.
+        uses_stage: whether the stage takes part; it decides what stands before the camera.
+
+    Raises:
+        ConfigError: the profile has no `[world]`.
+    """
+    if profile.world is None:
+        raise ConfigError(f"profile {profile.name}: a simulated rig needs a [world] section")
+    config = profile.world
+    clock: Clock = SystemClock() if config.clock == "real" else VirtualClock()
+    carriage = Carriage(config.carriage, clock)
+    scene = config.sweep_scene if uses_stage else config.capture_scene
+    with ExitStack() as stack:
+        if uses_stage and profile.stage is not None and profile.stage.port.startswith("sim://"):
+            firmware = GrblFirmware(config.firmware, carriage, clock)
+            stack.enter_context(plug(profile.stage.port, firmware))
+        yield World(profile, clock=clock, carriage=carriage, scene=scene)
