@@ -1,5 +1,6 @@
 """Slopes of epipolar lines: dense for every pixel, and one plane for a board."""
 
+from rig.epipolar.estimate import estimate_slopes
 from rig.epipolar.views import Label, RectifiedViews, SlopeMap, SlopePrior
 
-__all__ = ["Label", "RectifiedViews", "SlopeMap", "SlopePrior"]
+__all__ = ["Label", "RectifiedViews", "SlopeMap", "SlopePrior", "estimate_slopes"]

@@ -1,0 +1,45 @@
+"""Sigma and label of every pixel."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.epipolar.line import UNSEEN, LineFits
+from rig.epipolar.scales import Scales
+from rig.epipolar.views import Label, SlopeMap
+
+_FILL_REACH_PX = 32
+"""How far a surface may be continued over pixels that have no texture of their own."""
+
+
+def judge(
+    slope_px: NDArray[np.float32],
+    variance: NDArray[np.float32],
+    misfit: NDArray[np.float32],
+    lines: LineFits,
+    hidden: NDArray[np.bool_],
+    scales: Scales,
+    range_px: float,
+    warnings: tuple[str, ...],
+) -> SlopeMap:
+    """Turn the stitched fit into sigma and labels.
+
+    The variance of the stitched plane is scaled by the grey noise that was measured or, where it is
+    larger, by what the scatter of the neighbours' lines amounts to. A pixel whose neighbourhood
+    cannot tell the slope within the searched range keeps the slope of its surroundings, with the
+    sigma of a blind guess, unless the nearest evidence is over `_FILL_REACH_PX` away.
+    """
+    power = np.maximum(misfit, np.float32(scales.smoothed_noise**2))
+    blind_px = range_px / np.sqrt(12.0)
+    sigma = np.minimum(np.sqrt(power * variance), blind_px).astype(np.float32)
+    evident = sigma < 0.25 * blind_px
+    away = cv2.distanceTransform((~evident).astype(np.uint8), cv2.DIST_L2, 3)
+    if not evident.any():
+        away[:] = np.inf
+    none = (away > _FILL_REACH_PX) | (lines.sight == UNSEEN)
+    label = np.where(slope_px > 0, Label.NEARER, Label.BEYOND).astype(np.uint8)
+    label[hidden] = Label.OCCLUSION
+    label[none] = Label.NONE
+    slope = np.where(none, np.float32(np.nan), slope_px).astype(np.float32)
+    sigma[none] = np.nan
+    return SlopeMap(slope, sigma, label, warnings)
