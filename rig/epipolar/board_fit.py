@@ -1,0 +1,263 @@
+"""The joint line fit: one slope plane for all edge pixels of a board and all views."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.epipolar.board_slope import BoardSlope
+from rig.epipolar.corner_tracks import CornerPlane, fit_corner_tracks
+from rig.epipolar.spline import sample_lines, spline_coefficients
+from rig.epipolar.views import RectifiedViews
+from rig.errors import SlopeError, TargetError
+from rig.geometry.corners import Corners
+from rig.geometry.homography import fit_homography, grid_places, map_points
+
+Float = NDArray[np.float64]
+
+SMOOTH_PX = 1.0
+"""Gaussian before the fit: removes what pixels alias, at little loss of information."""
+_BORDER_PX = 5.0
+"""Blur and smoothing carry the background this far into the outermost squares."""
+_MIN_ENERGY = 0.02
+"""Squared gradient, of the strongest edges, below which a pixel tells nothing about slope."""
+_STEPS = 10
+_SETTLED_PX = 1e-7
+
+
+def fit_board_slope(
+    views: RectifiedViews, corners: Sequence[Corners | TargetError | None]
+) -> BoardSlope:
+    """Measure the slope plane of a board by maximum likelihood over all its edge pixels.
+
+    The tracks of the corners give an unambiguous start. From there Gauss-Newton minimises
+    `sum (I_v(u - m x_v, v - m y_v) - T(u, v))^2` over the plane m(u, v), with the unknown texture
+    T eliminated as the mean over views, so that no single view's noise counts twice, and with gain
+    and offset of every view fitted along. Deterministic to the last bit.
+
+    Args:
+        views: Rectified views; the board stands still in them.
+        corners: Per view the corners of one board, or why there are none; those views are left out.
+
+    Raises:
+        TargetError: fewer than two views with corners, or none in the reference view.
+        SlopeError: too few edges in common, or the fit leaves its start.
+    """
+    used, found = _usable(views, corners)
+    x_steps, y_steps = views.x_steps[used], views.y_steps[used]
+    reference = used.index(views.reference)
+    board = found[reference]
+    centre_px, outline_px = _outline(board)
+    tracks = fit_corner_tracks(
+        [corner.xy_px for corner in found], x_steps, y_steps, reference, centre_px
+    )
+    coefficients = np.stack([spline_coefficients(views.images[v], SMOOTH_PX) for v in used])
+    lines = _Lines(coefficients, x_steps, y_steps, centre_px)
+    pixels = lines.edges(outline_px, tracks.plane, reference)
+    fit = _gauss_newton(lines, pixels, tracks.plane)
+    _stays_at_start(fit, tracks, board.side_px, views)
+    covariance = _covariance(lines, pixels, fit)
+    a, b, c = (float(number) for number in fit.plane)
+    return BoardSlope(
+        slope_px=a,
+        sigma_px=float(np.sqrt(covariance[0, 0])),
+        plane=(a, b, c),
+        plane_covariance=covariance,
+        centre_px=(float(centre_px[0]), float(centre_px[1])),
+        corner_slope_px=float(tracks.plane[0]),
+        corner_sigma_px=tracks.sigma_px,
+        track_residual_px=tracks.residual_px,
+        residual=fit.residual,
+        edge_pixels=pixels.shape[1],
+        side_px=board.side_px,
+        outline_px=outline_px,
+        views=tuple(used),
+        gains=tuple(float(gain) for gain in fit.gains),
+    )
+
+
+def _usable(
+    views: RectifiedViews, corners: Sequence[Corners | TargetError | None]
+) -> tuple[list[int], list[Corners]]:
+    if len(corners) != len(views.images):
+        raise TargetError(
+            f"corners of {len(corners)} views given for {len(views.images)} views; give one entry "
+            "per view",
+            reason="not-found",
+        )
+    used = [view for view, found in enumerate(corners) if isinstance(found, Corners)]
+    if views.reference not in used or len(used) < 2:
+        missing = [view for view in range(len(corners)) if view not in used]
+        blamed = views.reference if views.reference not in used else missing[0]
+        why = corners[blamed]
+        cause = why if isinstance(why, TargetError) else "no corners found"
+        raise TargetError(
+            f"board needed in the reference view {views.reference} and one more, found in "
+            f"{len(used)} of {len(corners)}; view {blamed}: {cause}",
+            reason=why.reason if isinstance(why, TargetError) else "not-found",
+        )
+    found = [corner for corner in corners if isinstance(corner, Corners)]
+    if len({corner.xy_px.shape for corner in found}) > 1:
+        raise TargetError(
+            "the views show boards of different counts; look for one board in all views",
+            reason="wrong-count",
+        )
+    return used, found
+
+
+def _outline(corners: Corners) -> tuple[Float, Float]:
+    """Image of the board's centre, and the polygon that only the board's own edges cross."""
+    rows, columns = corners.xy_px.shape[:2]
+    places = grid_places(rows, columns).reshape(-1, 2)
+    homography = fit_homography(places, corners.xy_px.reshape(-1, 2))
+    out = max(0.0, 1 - _BORDER_PX / corners.side_px)
+    right, bottom = columns - 1 + out, rows - 1 + out
+    outline = np.array([[-out, -out], [right, -out], [right, bottom], [-out, bottom]])
+    centre = np.array([(columns - 1) / 2, (rows - 1) / 2])
+    return map_points(homography, centre), map_points(homography, outline)
+
+
+@dataclass(frozen=True, slots=True)
+class _Lines:
+    """The views as splines; lines through them follow a slope plane about the centre."""
+
+    coefficients: NDArray[np.float32]
+    x_steps: Float
+    y_steps: Float
+    centre_px: Float
+
+    def design(self, pixels: Float) -> Float:
+        """(3, N) derivatives of the slope by a, b, c."""
+        return np.stack([np.ones(pixels.shape[1]), *(pixels - self.centre_px[:, None])])
+
+    def sample(self, pixels: Float, plane: Float) -> tuple[Float, Float]:
+        """Values (V, N) along the lines and their mean gradient (2, N)."""
+        slope = plane @ self.design(pixels)
+        x, y = np.ascontiguousarray(pixels[0]), np.ascontiguousarray(pixels[1])
+        return sample_lines(self.coefficients, x, y, slope, self.x_steps, self.y_steps)
+
+    def steps(self) -> Float:
+        """(V, 2) view positions about their mean."""
+        steps = np.stack([self.x_steps, self.y_steps], axis=-1)
+        return steps - steps.mean(axis=0)
+
+    def edges(self, outline_px: Float, plane: Float, reference: int) -> Float:
+        """(2, N) pixels of the reference view on edges of the board, seen in all views."""
+        height, width = self.coefficients.shape[1:]
+        inside = np.zeros((height, width), np.uint8)
+        cv2.fillConvexPoly(inside, np.round(outline_px).astype(np.int32), 1)
+        row, column = np.nonzero(inside)
+        pixels = np.stack([column, row]).astype(np.float64)
+        slope = plane @ self.design(pixels)
+        x = pixels[0] - slope * self.x_steps[:, None]
+        y = pixels[1] - slope * self.y_steps[:, None]
+        seen = (x >= 3) & (x <= width - 4) & (y >= 3) & (y <= height - 4)
+        pixels = pixels[:, seen.all(axis=0)]
+        alone = _Lines(
+            self.coefficients[reference : reference + 1],
+            np.zeros(1),
+            np.zeros(1),
+            self.centre_px,
+        )
+        energy = (alone.sample(pixels, plane)[1] ** 2).sum(axis=0)
+        if energy.size == 0 or float(energy.max()) <= 0:
+            raise SlopeError(
+                "board found, but no edge of it is seen by all views; move it to the middle"
+            )
+        return pixels[:, energy > _MIN_ENERGY * np.percentile(energy, 99)]
+
+
+@dataclass(frozen=True, slots=True)
+class _Fit:
+    plane: Float
+    normal: Float
+    gradient: Float
+    gains: Float
+    residual: float
+    variance: float
+
+
+def _gauss_newton(lines: _Lines, pixels: Float, start: Float) -> _Fit:
+    plane = start.copy()
+    design, steps = lines.design(pixels), lines.steps()
+    views, count = len(steps), pixels.shape[1]
+    reach = np.abs(design).max(axis=1)
+    change = np.full(3, np.inf)
+    for _ in range(_STEPS):
+        value, gradient = lines.sample(pixels, plane)
+        value, gains = _levelled(value)
+        residual = value - value.mean(axis=0)
+        # d value / d slope of each view, about the mean over views.
+        rate = -(steps @ gradient)
+        scaled = design / reach[:, None]
+        normal = (scaled * (rate**2).sum(axis=0)) @ scaled.T
+        change = np.linalg.solve(normal, scaled @ (rate * residual).sum(axis=0)) / reach
+        plane = plane - change
+        if float(np.abs(change * reach).sum()) < _SETTLED_PX:
+            break
+    else:
+        raise SlopeError(
+            f"line fit of the board still moves by {np.abs(change * reach).sum():.1e} px after "
+            f"{_STEPS} steps; look for motion, glare or a bent board"
+        )
+    power = float((residual**2).sum())
+    return _Fit(
+        plane,
+        normal * np.outer(reach, reach),
+        gradient,
+        gains,
+        float(np.sqrt(power / residual.size)),
+        power / ((views - 1) * count),
+    )
+
+
+def _levelled(value: Float) -> tuple[Float, Float]:
+    """Values with each view's gain and offset against the mean of all taken out, and the gains."""
+    texture = value.mean(axis=0)
+    texture = texture - texture.mean()
+    middle = value.mean(axis=1, keepdims=True)
+    gains = (value - middle) @ texture / (texture @ texture)
+    return (value - middle) / gains[:, None], gains
+
+
+def _covariance(lines: _Lines, pixels: Float, fit: _Fit) -> Float:
+    """Covariance of the plane under noise that the smoothing has correlated.
+
+    White noise smoothed by a Gaussian of sigma s has the autocorrelation exp(-r^2 / 4 s^2), so the
+    scores of neighbouring pixels add up; see White, Econometrica 48 (1980) for the sandwich.
+    """
+    low = pixels.min(axis=1).astype(np.intp)
+    column, row = pixels.astype(np.intp) - low[:, None]
+    shape = (int(row.max()) + 1, int(column.max()) + 1)
+    design, steps = lines.design(pixels), lines.steps()
+    fields = np.zeros((2, 3, *shape), np.float32)
+    fields[:, :, row, column] = fit.gradient[:, None] * design[None]
+    spread = np.sqrt(2.0) * SMOOTH_PX
+    mixed = np.empty_like(fields)
+    for axis in (0, 1):
+        for term in range(3):
+            mixed[axis, term] = cv2.GaussianBlur(
+                fields[axis, term], (0, 0), spread, borderType=cv2.BORDER_CONSTANT
+            )
+    mixed *= 2 * np.pi * spread**2
+    score = np.zeros((3, 3))
+    weight = steps.T @ steps
+    for i in (0, 1):
+        for j in (0, 1):
+            product = fields[i].reshape(3, -1).astype(np.float64) @ mixed[j].reshape(3, -1).T
+            score += weight[i, j] * product
+    bread = np.linalg.inv(fit.normal)
+    return bread @ score @ bread * fit.variance
+
+
+def _stays_at_start(fit: _Fit, tracks: CornerPlane, side_px: float, views: RectifiedViews) -> None:
+    """Refuse a fit that has left the period of the board in which the corners put it."""
+    longest = float(max(np.ptp(views.x_steps), np.ptp(views.y_steps)))
+    moved, allowed = abs(float(fit.plane[0] - tracks.plane[0])), side_px / longest / 4
+    if not moved < allowed:
+        raise SlopeError(
+            f"line fit of the board moved {moved:.3f} px per step from its corners, "
+            f"{allowed:.3f} px is a quarter of a square; look for motion or glare"
+        )

@@ -1,0 +1,98 @@
+"""Smoothed cubic B-splines of pictures, sampled along epipolar lines.
+
+OpenCV's `remap` and `warpAffine` round positions to 1/32 px, so nothing measured passes through
+them.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.epipolar.kernel import kernel
+
+Float = NDArray[np.float64]
+Coefficients = NDArray[np.float32]
+
+_REACH = 14
+"""Half length of the smoothing filter; the spline's own pole has decayed to 1e-8 there."""
+
+
+def spline_coefficients(picture: NDArray[np.generic], smooth_px: float) -> Coefficients:
+    """Return cubic B-spline coefficients of a picture smoothed by a Gaussian.
+
+    Smoothing and the inverse of the B-spline (Unser, "Splines: a perfect fit", 1999) are one short
+    filter, because the Gaussian removes the high frequencies that would make the inverse long.
+
+    Args:
+        picture: (H, W) grey.
+        smooth_px: sigma of the Gaussian, at least 0.5.
+    """
+    taps = _taps(smooth_px)
+    grey = np.ascontiguousarray(picture, np.float32)
+    filtered = cv2.sepFilter2D(grey, cv2.CV_32F, taps, taps, borderType=cv2.BORDER_REFLECT_101)
+    return filtered.astype(np.float32, copy=False)
+
+
+def _taps(smooth_px: float) -> NDArray[np.float64]:
+    frequency = 2 * np.pi * np.fft.rfftfreq(256)
+    gauss = np.exp(-((smooth_px * frequency) ** 2) / 2)
+    response = np.fft.irfft(gauss * 3 / (2 + np.cos(frequency)))
+    taps = np.concatenate([response[-_REACH:], response[: _REACH + 1]])
+    return taps / taps.sum()
+
+
+@kernel()
+def sample_lines(
+    coefficients: NDArray[np.float32],
+    x_px: NDArray[np.float64],
+    y_px: NDArray[np.float64],
+    slope_px: NDArray[np.float64],
+    x_steps: NDArray[np.float64],
+    y_steps: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Follow the line of every point through all views.
+
+    Args:
+        coefficients: (V, H, W) of `spline_coefficients`.
+        x_px: (N,) columns in the reference view; the line must stay 2 px inside every view.
+        y_px: (N,) rows.
+        slope_px: (N,) slopes, px per view step.
+        x_steps: (V,) view positions.
+        y_steps: (V,).
+
+    Returns:
+        Values (V, N), and the gradient (2, N) along x and y, averaged over the views.
+    """
+    views, points = coefficients.shape[0], x_px.size
+    value = np.empty((views, points))
+    gradient = np.zeros((2, points))
+    wx, wy, gx, gy = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
+    for view in range(views):
+        for point in range(points):
+            x = x_px[point] - slope_px[point] * x_steps[view]
+            y = y_px[point] - slope_px[point] * y_steps[view]
+            column, row = int(np.floor(x)), int(np.floor(y))
+            for weights, rates, t in ((wx, gx, x - column), (wy, gy, y - row)):
+                s = 1.0 - t
+                weights[0] = s * s * s / 6.0
+                weights[1] = 2.0 / 3.0 - 0.5 * t * t * (2.0 - t)
+                weights[2] = 2.0 / 3.0 - 0.5 * s * s * (2.0 - s)
+                weights[3] = t * t * t / 6.0
+                rates[0] = -0.5 * s * s
+                rates[1] = t * (1.5 * t - 2.0)
+                rates[2] = -s * (1.5 * s - 2.0)
+                rates[3] = 0.5 * t * t
+            total, along_x, along_y = 0.0, 0.0, 0.0
+            for j in range(4):
+                line, rate = 0.0, 0.0
+                for i in range(4):
+                    c = coefficients[view, row - 1 + j, column - 1 + i]
+                    line += wx[i] * c
+                    rate += gx[i] * c
+                total += wy[j] * line
+                along_x += wy[j] * rate
+                along_y += gy[j] * line
+            value[view, point] = total
+            gradient[0, point] += along_x / views
+            gradient[1, point] += along_y / views
+    return value, gradient

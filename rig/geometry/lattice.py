@@ -1,0 +1,162 @@
+"""Grow a lattice of saddle points by walking from each to its neighbours."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.geometry.saddles import Saddles
+
+Float = NDArray[np.float64]
+
+_MAX_SINE = 0.25
+"""A neighbour lies along the edge through the point, to about 14 degrees."""
+_OPPOSITE = -0.6
+"""Neighbours have dark where the other has bright: cosine of twice the angle between."""
+_LONGEST_RATIO = 2.5
+"""Steps of a lattice change slowly; a longer one has jumped over a corner."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lattice:
+    """Corners found on a grid of rows and columns; right-handed, otherwise in any orientation."""
+
+    xy_px: Float
+    """(R, C, 2), NaN where no corner was found."""
+    bright: Float
+    """(R, C, 2) unit vector into a bright quadrant, doubled in angle; NaN where none."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.xy_px.shape[0], self.xy_px.shape[1]
+
+    @property
+    def found(self) -> NDArray[np.bool_]:
+        """(R, C) whether there is a corner."""
+        return np.isfinite(self.xy_px[..., 0])
+
+    @property
+    def side_px(self) -> float:
+        """Median distance of neighbours, px; NaN without any."""
+        steps = np.concatenate(
+            [np.linalg.norm(np.diff(self.xy_px, axis=axis), axis=-1).ravel() for axis in (0, 1)]
+        )
+        steps = steps[np.isfinite(steps)]
+        return float(np.median(steps)) if steps.size else float("nan")
+
+
+def grow_lattices(saddles: Saddles) -> list[Lattice]:
+    """Join saddles into lattices of at least 2 x 2, largest first."""
+    neighbour = _neighbours(saddles)
+    unseen = set(range(len(saddles)))
+    lattices: list[Lattice] = []
+    for seed in range(len(saddles)):
+        if seed not in unseen:
+            continue
+        placed = _walk(seed, neighbour, saddles.axes, unseen)
+        lattice = _trimmed(_on_grid(placed, saddles))
+        if min(lattice.shape) >= 2:
+            lattices.append(lattice)
+    return sorted(lattices, key=lambda lattice: -int(lattice.found.sum()))
+
+
+def _neighbours(saddles: Saddles) -> NDArray[np.intp]:
+    """(N, 2, 2) nearest fitting saddle along each axis, forward and backward; -1 for none.
+
+    A link counts only if both ends choose each other.
+    """
+    count = len(saddles)
+    chosen = np.full((count, 2, 2), -1, np.intp)
+    if count < 2:
+        return chosen
+    apart = saddles.xy_px[None] - saddles.xy_px[:, None]
+    distance = np.hypot(apart[..., 0], apart[..., 1])
+    opposite = saddles.bright @ saddles.bright.T < _OPPOSITE
+    along = np.einsum("iak,ijk->iaj", saddles.axes, apart)
+    limit = np.sqrt(1 - _MAX_SINE**2) * distance[:, None]
+    fits = (np.abs(along) > limit) & opposite[:, None] & (distance > 0)[:, None]
+    seen_back = fits.any(axis=1)
+    fits &= (seen_back & seen_back.T)[:, None]
+    for direction, sign in enumerate((1, -1)):
+        ahead = np.where(fits & (sign * along > 0), distance[:, None], np.inf)
+        nearest = ahead.argmin(axis=2)
+        none = ~np.isfinite(np.take_along_axis(ahead, nearest[..., None], axis=2)[..., 0])
+        chosen[..., direction] = np.where(none, -1, nearest)
+    return _mutual(_of_like_length(chosen, distance))
+
+
+def _of_like_length(chosen: NDArray[np.intp], distance: Float) -> NDArray[np.intp]:
+    """Drop links much longer than the opposite one along the same axis."""
+    index = np.arange(len(chosen))[:, None, None]
+    length = np.where(chosen < 0, np.inf, distance[index, chosen])
+    shortest = length.min(axis=2, keepdims=True)
+    return np.where(length > _LONGEST_RATIO * shortest, -1, chosen)
+
+
+def _mutual(chosen: NDArray[np.intp]) -> NDArray[np.intp]:
+    flat = chosen.reshape(len(chosen), 4)
+    back = (flat[chosen] == np.arange(len(chosen))[:, None, None, None]).any(axis=-1)
+    return np.where((chosen >= 0) & back, chosen, -1)
+
+
+def _walk(
+    seed: int, neighbour: NDArray[np.intp], axes: Float, unseen: set[int]
+) -> dict[tuple[int, int], int]:
+    """Give every saddle reachable from the seed its (row, column); takes them out of `unseen`."""
+    right, down = axes[seed]
+    if right[0] * down[1] - right[1] * down[0] < 0:
+        down = -down
+    placed = {(0, 0): seed}
+    unseen.discard(seed)
+    queue: list[tuple[int, int, int, Float, Float]] = [(0, 0, seed, right, down)]
+    for row, column, index, right, down in queue:
+        for axis in (0, 1):
+            own = axes[index, axis]
+            is_row = abs(float(own @ down)) > abs(float(own @ right))
+            forward = float(own @ (down if is_row else right)) > 0
+            for direction in (0, 1):
+                other = int(neighbour[index, axis, direction])
+                step = 1 if forward == (direction == 0) else -1
+                place = (row + step, column) if is_row else (row, column + step)
+                if other not in unseen or place in placed:
+                    continue
+                placed[place] = other
+                unseen.discard(other)
+                queue.append((*place, other, *_carried(axes[other], right, down)))
+    return placed
+
+
+def _carried(axes: Float, right: Float, down: Float) -> tuple[Float, Float]:
+    """The neighbour's own axes, named and signed like those of the point we come from."""
+    first, second = axes
+    if abs(float(first @ right)) < abs(float(second @ right)):
+        first, second = second, first
+    return first * np.sign(first @ right), second * np.sign(second @ down)
+
+
+def _on_grid(placed: dict[tuple[int, int], int], saddles: Saddles) -> Lattice:
+    places = np.array(list(placed))
+    places -= places.min(axis=0)
+    rows, columns = places.max(axis=0) + 1
+    xy_px = np.full((rows, columns, 2), np.nan)
+    bright = np.full((rows, columns, 2), np.nan)
+    index = list(placed.values())
+    xy_px[places[:, 0], places[:, 1]] = saddles.xy_px[index]
+    bright[places[:, 0], places[:, 1]] = saddles.bright[index]
+    return Lattice(xy_px, bright)
+
+
+def _trimmed(lattice: Lattice) -> Lattice:
+    """Without outer rows and columns of which less than half is there: strays, not the board."""
+    xy_px, bright = lattice.xy_px, lattice.bright
+    while xy_px.shape[0] > 1 and xy_px.shape[1] > 1:
+        found = np.isfinite(xy_px[..., 0])
+        edges = [found[0], found[-1], found[:, 0], found[:, -1]]
+        share = [float(edge.mean()) for edge in edges]
+        worst = int(np.argmin(share))
+        if share[worst] >= 0.5:
+            break
+        cut = [np.s_[1:], np.s_[:-1], np.s_[:, 1:], np.s_[:, :-1]][worst]
+        xy_px, bright = xy_px[cut], bright[cut]
+    return Lattice(xy_px, bright)
