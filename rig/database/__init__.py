@@ -1,0 +1,32 @@
+"""Sweeps, samples, slopes and curves: a database for the numbers, folders for the frames."""
+
+from rig.database.provenance import software_versions
+from rig.database.records import (
+    Failure,
+    HistoryRow,
+    Json,
+    Measurement,
+    Sample,
+    SampleKey,
+    State,
+    StoredCurve,
+    StoredFrame,
+    Sweep,
+)
+from rig.database.store import Store, open_store
+
+__all__ = [
+    "Failure",
+    "HistoryRow",
+    "Json",
+    "Measurement",
+    "Sample",
+    "SampleKey",
+    "State",
+    "Store",
+    "StoredCurve",
+    "StoredFrame",
+    "Sweep",
+    "open_store",
+    "software_versions",
+]

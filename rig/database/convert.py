@@ -1,0 +1,153 @@
+"""Between rows and values."""
+
+from pathlib import Path
+from typing import cast
+
+from rig.database.records import (
+    Failure,
+    Measurement,
+    Sample,
+    State,
+    StoredCurve,
+    StoredFrame,
+    Sweep,
+)
+from rig.database.tables import (
+    CurveRow,
+    FrameRow,
+    MeasurementRow,
+    SampleRow,
+    StopRow,
+    SweepRow,
+)
+from rig.plan import Direction, Role, Stop
+
+
+def stop_row(stop: Stop) -> StopRow:
+    """Return the row of a planned stop."""
+    return StopRow(
+        stop=stop.index,
+        distance_mm=float(stop.distance_mm),
+        role=stop.role,
+        direction=stop.direction,
+    )
+
+
+def stop_value(row: StopRow) -> Stop:
+    """Return a planned stop."""
+    role, direction = cast("Role", row.role), cast("Direction", row.direction)
+    return Stop(row.stop, row.distance_mm, role, direction)
+
+
+def sweep_value(row: SweepRow, frames: Path) -> Sweep:
+    """Return a sweep; `frames` is the root of all frame folders."""
+    return Sweep(
+        id=row.id,
+        rig=row.rig,
+        profile=row.profile,
+        versions=row.versions,
+        devices=row.devices,
+        stops=tuple(stop_value(stop) for stop in row.stops),
+        samples_per_stop=row.samples_per_stop,
+        started_at=row.started_at,
+        ended_at=row.ended_at,
+        state=cast("State", row.state),
+        folder=frames / row.folder,
+        note=row.note,
+    )
+
+
+def frame_row(place: int, frame: StoredFrame) -> FrameRow:
+    """Return the row of one image."""
+    return FrameRow(
+        place=place,
+        view=frame.view,
+        timestamp_s=float(frame.timestamp_s),
+        sequence=int(frame.sequence),
+        exposure_s=_maybe(frame.exposure_s),
+        sha256=frame.sha256,
+    )
+
+
+def sample_value(row: SampleRow, frames: Path) -> Sample:
+    """Return a sample; `frames` is the root of all frame folders."""
+    return Sample(
+        sweep_id=row.sweep_id,
+        stop=stop_value(row.planned),
+        number=row.sample,
+        reached_mm=row.reached_mm,
+        taken_at=row.taken_at,
+        temperature_degc=row.temperature_degc,
+        folder=frames / row.folder,
+        frames=tuple(
+            StoredFrame(f.view, f.timestamp_s, f.sequence, f.exposure_s, f.sha256)
+            for f in row.frames
+        ),
+    )
+
+
+def measurement_row(measurement: Measurement) -> MeasurementRow:
+    """Return the row of a measurement."""
+    plane = measurement.plane or (None, None, None)
+    centre = measurement.centre_px or (None, None)
+    failure = measurement.failure
+    return MeasurementRow(
+        slope_px=_maybe(measurement.slope_px),
+        sigma_px=_maybe(measurement.sigma_px),
+        plane_a_px=_maybe(plane[0]),
+        plane_b=_maybe(plane[1]),
+        plane_c=_maybe(plane[2]),
+        centre_x_px=_maybe(centre[0]),
+        centre_y_px=_maybe(centre[1]),
+        corner_slope_px=_maybe(measurement.corner_slope_px),
+        corner_sigma_px=_maybe(measurement.corner_sigma_px),
+        dense_slope_px=_maybe(measurement.dense_slope_px),
+        dense_sigma_px=_maybe(measurement.dense_sigma_px),
+        failure_reason=failure.reason if failure else None,
+        failure_message=failure.message if failure else None,
+        details=dict(measurement.details),
+    )
+
+
+def measurement_value(row: MeasurementRow) -> Measurement:
+    """Return a measurement."""
+    plane = None
+    if row.plane_a_px is not None and row.plane_b is not None and row.plane_c is not None:
+        plane = (row.plane_a_px, row.plane_b, row.plane_c)
+    centre_px = None
+    if row.centre_x_px is not None and row.centre_y_px is not None:
+        centre_px = (row.centre_x_px, row.centre_y_px)
+    failure = None
+    if row.failure_reason is not None and row.failure_message is not None:
+        failure = Failure(row.failure_reason, row.failure_message)
+    return Measurement(
+        slope_px=row.slope_px,
+        sigma_px=row.sigma_px,
+        plane=plane,
+        centre_px=centre_px,
+        corner_slope_px=row.corner_slope_px,
+        corner_sigma_px=row.corner_sigma_px,
+        dense_slope_px=row.dense_slope_px,
+        dense_sigma_px=row.dense_sigma_px,
+        failure=failure,
+        details=row.details,
+    )
+
+
+def curve_value(row: CurveRow) -> StoredCurve:
+    """Return a curve."""
+    return StoredCurve(
+        id=row.id,
+        rig=row.rig,
+        sweep_id=row.sweep_id,
+        created_at=row.created_at,
+        curve=row.curve,
+        holdout=row.holdout,
+        versions=row.versions,
+        active=row.active,
+    )
+
+
+def _maybe(number: float | None) -> float | None:
+    """Return a Python float: drivers of databases do not know the numbers of numpy."""
+    return None if number is None else float(number)

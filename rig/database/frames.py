@@ -1,0 +1,154 @@
+"""Frame folders: one PNG per view, lossless, there completely or not at all.
+
+    <frames>/<rig>/<sweep>_<UTC>/stop_003_0450.0mm_forward/sample_02/<view>.png
+
+People find them by their names, and the `folder` camera replays them by the pattern
+`stop_*/sample_*/<view>.png`.
+"""
+
+import hashlib
+import os
+import shutil
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from datetime import datetime
+from pathlib import Path
+from typing import cast
+
+import cv2
+import numpy as np
+
+from rig.database.records import StoredFrame
+from rig.database.trouble import explained
+from rig.errors import StoreError
+from rig.frames import Frame, GreyImage, MultiView
+from rig.plan import Stop
+
+# Noisy pictures hardly shrink further; run lengths at the lowest level take a third of the time of
+# the usual strategy and are even smaller.
+_PNG = (cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE)
+
+
+def sweep_folder(rig: str, sweep_id: int, started_at: datetime) -> Path:
+    """Return the folder of a sweep below the frames' root."""
+    return Path(rig) / f"{sweep_id}_{started_at:%Y%m%d-%H%M%S}"
+
+
+def sample_folder(stop: Stop, number: int) -> Path:
+    """Return the folder of a sample below its sweep's."""
+    name = f"stop_{stop.index:03d}_{stop.distance_mm:06.1f}mm_{stop.direction}"
+    return Path(name) / f"sample_{number:02d}"
+
+
+class FrameWriter:
+    """Writes the images of one sample beside their place, and puts them there in one step.
+
+    A context manager: what was not published is gone at its end, so that a failure costs no space.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._beside = folder.with_name(f".{folder.name}.{os.getpid()}.tmp")
+
+    def __enter__(self) -> "FrameWriter":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        shutil.rmtree(self._beside, ignore_errors=True)
+
+    def write(self, multiview: MultiView) -> tuple[StoredFrame, ...]:
+        """Write all images through to the disk, not yet at their place.
+
+        Raises:
+            StoreError: the disk is full, read-only or gone.
+        """
+        with explained("write frames", self._folder):
+            if self._beside.exists():  # of a program with our number that was killed
+                shutil.rmtree(self._beside)
+            self._beside.mkdir(parents=True)
+            with ThreadPoolExecutor(max_workers=min(4, len(multiview.frames))) as pool:
+                stored = tuple(pool.map(self._write_one, multiview.frames))
+            _sync(self._beside)
+        return stored
+
+    def publish(self) -> None:
+        """Put the folder at its place; one that no row of the database knows gives way.
+
+        Raises:
+            StoreError: the disk is full, read-only or gone.
+        """
+        with explained("write frames", self._folder):
+            if self._folder.exists():
+                shutil.rmtree(self._folder)
+            self._beside.rename(self._folder)
+            _sync(self._folder.parent)
+            _sync(self._folder.parent.parent)
+
+    def _write_one(self, frame: Frame) -> StoredFrame:
+        done, encoded = cv2.imencode(".png", frame.image, _PNG)
+        if not done:
+            raise StoreError(f"{self._folder}: view {frame.view} could not be turned into a PNG")
+        content = encoded.tobytes()
+        with (self._beside / f"{frame.view}.png").open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        digest = hashlib.sha256(content).hexdigest()
+        return StoredFrame(frame.view, frame.timestamp_s, frame.sequence, frame.exposure_s, digest)
+
+
+def read_frames(
+    folder: Path, frames: Sequence[StoredFrame], temperature_degc: float | None
+) -> MultiView:
+    """Read the images of a sample back, exactly as they were taken.
+
+    Raises:
+        StoreError: an image is missing, damaged, or another one than was stored.
+    """
+    return MultiView(tuple(_read_one(folder, frame) for frame in frames), temperature_degc)
+
+
+def clear_unfinished(folder: Path) -> None:
+    """Remove what killed programs left half-written below a sweep's folder.
+
+    Raises:
+        StoreError: the folder may not be written.
+    """
+    with explained("clear half-written frames", folder):
+        for leftover in folder.glob("stop_*/.sample_*.tmp"):
+            shutil.rmtree(leftover)
+
+
+def _read_one(folder: Path, frame: StoredFrame) -> Frame:
+    path = folder / f"{frame.view}.png"
+    if not path.is_file():
+        raise StoreError(
+            f"{path}: asked for the image of view {frame.view}, it is missing; "
+            "bring the frames folder back, or point RIG_FRAMES to it"
+        )
+    with explained("read an image", path):
+        content = path.read_bytes()
+    if hashlib.sha256(content).hexdigest() != frame.sha256:
+        raise StoreError(
+            f"{path}: the image is damaged or was changed after it was stored "
+            f"({len(content)} bytes, wrong SHA-256); bring it back from a copy"
+        )
+    image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+    return Frame(
+        frame.view,
+        cast("GreyImage", image),
+        frame.timestamp_s,
+        frame.sequence,
+        frame.exposure_s,
+    )
+
+
+def _sync(folder: Path) -> None:
+    """Make names in a folder survive a power cut; Windows has no such call and needs none."""
+    if os.name == "nt":
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

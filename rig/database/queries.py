@@ -1,0 +1,189 @@
+"""Looking things up; what is not there is named together with what is."""
+
+from collections.abc import Sequence
+from typing import cast
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from rig.database.records import HistoryRow, SampleKey, State
+from rig.database.tables import CurveRow, MeasurementRow, SampleRow, StopRow, SweepRow
+from rig.errors import StoreError
+
+
+def sweep_row(session: Session, sweep_id: int) -> SweepRow:
+    """Return one sweep.
+
+    Raises:
+        StoreError: no such sweep.
+    """
+    row = session.get(SweepRow, sweep_id)
+    if row is None:
+        ids = session.scalars(select(SweepRow.id).order_by(SweepRow.id)).all()
+        raise StoreError(_not_there("sweep", sweep_id, ids))
+    return row
+
+
+def newest_unfinished_sweep_row(session: Session, rig: str) -> SweepRow:
+    """Return the newest sweep of a rig.
+
+    Raises:
+        StoreError: there is none, or it is finished.
+    """
+    of_rig = select(SweepRow).where(SweepRow.rig == rig)
+    row = session.scalars(of_rig.order_by(SweepRow.id.desc()).limit(1)).first()
+    if row is None or row.state == "finished":
+        found = "there is none" if row is None else f"the newest, {row.id}, is finished"
+        raise StoreError(
+            f"asked to resume a sweep of rig {rig}, {found}; begin a new one without --resume"
+        )
+    return row
+
+
+def stop_row(session: Session, sweep_id: int, stop: int) -> StopRow:
+    """Return one planned stop.
+
+    Raises:
+        StoreError: no such sweep, or no such stop in its plan.
+    """
+    planned = sweep_row(session, sweep_id).stops
+    for row in planned:
+        if row.stop == stop:
+            return row
+    raise StoreError(
+        f"asked for stop {stop} of sweep {sweep_id}, its plan has {len(planned)} stops, from 0; "
+        "begin a new sweep for another plan"
+    )
+
+
+def sample_rows(session: Session, sweep_id: int) -> Sequence[SampleRow]:
+    """Return the samples of a sweep in the order of its plan.
+
+    Raises:
+        StoreError: no such sweep.
+    """
+    sweep_row(session, sweep_id)
+    of_sweep = select(SampleRow).where(SampleRow.sweep_id == sweep_id)
+    return session.scalars(of_sweep.order_by(SampleRow.stop, SampleRow.sample)).all()
+
+
+def has_sample(session: Session, sweep_id: int, key: SampleKey) -> bool:
+    """Tell whether a sample is stored."""
+    return _sample_id(session, sweep_id, key) is not None
+
+
+def sample_id(session: Session, sweep_id: int, key: SampleKey) -> int:
+    """Return the number of the row of a sample.
+
+    Raises:
+        StoreError: it is not stored.
+    """
+    found = _sample_id(session, sweep_id, key)
+    if found is None:
+        stop, number = key
+        raise StoreError(
+            f"asked for sample {number} of stop {stop} of sweep {sweep_id}, it is not stored; "
+            "rig history lists the sweeps"
+        )
+    return found
+
+
+def measurement_rows(session: Session, sweep_id: int) -> dict[SampleKey, MeasurementRow]:
+    """Return the measurements of a sweep in the order of its plan.
+
+    Raises:
+        StoreError: no such sweep.
+    """
+    sweep_row(session, sweep_id)
+    of_sweep = (
+        select(SampleRow.stop, SampleRow.sample, MeasurementRow)
+        .join(MeasurementRow, MeasurementRow.sample_id == SampleRow.id)
+        .where(SampleRow.sweep_id == sweep_id)
+        .order_by(SampleRow.stop, SampleRow.sample)
+    )
+    return {(stop, number): row for stop, number, row in session.execute(of_sweep)}
+
+
+def curve_row(session: Session, curve_id: int) -> CurveRow:
+    """Return one curve.
+
+    Raises:
+        StoreError: no such curve.
+    """
+    row = session.get(CurveRow, curve_id)
+    if row is None:
+        ids = session.scalars(select(CurveRow.id).order_by(CurveRow.id)).all()
+        raise StoreError(_not_there("curve", curve_id, ids))
+    return row
+
+
+def active_curve_row(session: Session, rig: str) -> CurveRow:
+    """Return the newest active curve of a rig.
+
+    Raises:
+        StoreError: there is none.
+    """
+    active = select(CurveRow).where(CurveRow.active.is_(True), CurveRow.rig == rig)
+    row = session.scalars(active.order_by(CurveRow.id.desc()).limit(1)).first()
+    if row is None:
+        rigs = session.scalars(select(CurveRow.rig).where(CurveRow.active.is_(True)).distinct())
+        raise StoreError(
+            f"asked for the curve of rig {rig}, found curves of "
+            f"{', '.join(sorted(rigs)) or 'no rig'}; make one with rig sweep"
+        )
+    return row
+
+
+def history_rows(session: Session) -> tuple[HistoryRow, ...]:
+    """Return every sweep, oldest first, with how far it came and its newest curve."""
+    stops = select(StopRow.sweep_id, func.count()).group_by(StopRow.sweep_id)
+    planned = dict(session.execute(stops).tuples().all())
+    taken: dict[int, list[int]] = {}
+    for sweep_id, count in session.execute(
+        select(SampleRow.sweep_id, func.count()).group_by(SampleRow.sweep_id, SampleRow.stop)
+    ):
+        taken.setdefault(sweep_id, []).append(count)
+    newest = {
+        sweep_id: (curve_id, holdout.get("rms_pct"))
+        for sweep_id, curve_id, holdout in session.execute(
+            select(CurveRow.sweep_id, CurveRow.id, CurveRow.holdout).order_by(CurveRow.id)
+        )
+    }
+    return tuple(
+        _history_row(row, planned.get(row.id, 0), taken.get(row.id, []), newest.get(row.id))
+        for row in session.scalars(select(SweepRow).order_by(SweepRow.id))
+    )
+
+
+def _history_row(
+    row: SweepRow, planned: int, taken: Sequence[int], newest: tuple[int, object] | None
+) -> HistoryRow:
+    curve_id, rms_pct = newest if newest is not None else (None, None)
+    return HistoryRow(
+        id=row.id,
+        rig=row.rig,
+        started_at=row.started_at,
+        ended_at=row.ended_at,
+        state=cast("State", row.state),
+        stops_done=sum(count >= row.samples_per_stop for count in taken),
+        stops_planned=planned,
+        samples=sum(taken),
+        curve_id=curve_id,
+        holdout_rms_pct=rms_pct if isinstance(rms_pct, float) else None,
+    )
+
+
+def _sample_id(session: Session, sweep_id: int, key: SampleKey) -> int | None:
+    stop, number = key
+    return session.scalars(
+        select(SampleRow.id).where(
+            SampleRow.sweep_id == sweep_id, SampleRow.stop == stop, SampleRow.sample == number
+        )
+    ).first()
+
+
+def _not_there(kind: str, wanted: int, ids: Sequence[int]) -> str:
+    if not ids:
+        return f"asked for {kind} {wanted}, there is none yet; rig sweep makes one"
+    newest = ", ".join(str(id_) for id_ in ids[-10:])
+    return f"asked for {kind} {wanted}, found {newest}; rig history lists them"

@@ -1,0 +1,166 @@
+"""What the database keeps, as plain values; no row of it ever leaves the package."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from datetime import datetime
+from pathlib import Path
+from typing import Literal
+
+from rig.plan import Stop
+
+State = Literal["running", "finished", "interrupted", "failed"]
+"""`running` without a program at work means that it was killed."""
+Json = Mapping[str, object]
+"""What becomes one JSON object: text keys, finite numbers."""
+SampleKey = tuple[int, int]
+"""Stop index and sample number within a sweep."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """One sweep and all that is needed to understand it years later."""
+
+    id: int
+    rig: str
+    profile: Json
+    """The whole profile as it was used."""
+    versions: Json
+    """Software by name: see `software_versions`."""
+    devices: Json
+    """Identity of camera and stage."""
+    stops: tuple[Stop, ...]
+    """The plan, in the order of visits."""
+    samples_per_stop: int
+    started_at: datetime
+    """UTC."""
+    ended_at: datetime | None
+    """UTC; None while it runs, or when it was killed."""
+    state: State
+    folder: Path
+    """Where its frames are."""
+    note: str
+
+
+@dataclass(frozen=True, slots=True)
+class StoredFrame:
+    """One image on disk."""
+
+    view: str
+    timestamp_s: float
+    """Middle of the exposure on the clock of the camera's host."""
+    sequence: int
+    exposure_s: float | None
+    sha256: str
+    """Of the PNG file."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """One multi-view of a sweep; `Store.load` brings its images back."""
+
+    sweep_id: int
+    stop: Stop
+    number: int
+    """Within its stop, from 0."""
+    reached_mm: float
+    """Position of the stage, read back."""
+    taken_at: datetime
+    """UTC, when it was stored."""
+    temperature_degc: float | None
+    folder: Path
+    """Holds one PNG per view."""
+    frames: tuple[StoredFrame, ...]
+    """In the camera's order."""
+
+    @property
+    def key(self) -> SampleKey:
+        """Stop index and sample number."""
+        return self.stop.index, self.number
+
+    @property
+    def skew_s(self) -> float:
+        """Time between the first and the last exposure among the views."""
+        times_s = [frame.timestamp_s for frame in self.frames]
+        return max(times_s) - min(times_s)
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """Why a sample gave no slope."""
+
+    reason: str
+    """One word for programs, as in `TargetError.reason`."""
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """What was derived from one sample; `rig fit` replaces it.
+
+    Raises:
+        ValueError: a number is not finite; what is unknown is None.
+    """
+
+    slope_px: float | None = None
+    """Slope at the centre of the board, px per view step: the joint line fit."""
+    sigma_px: float | None = None
+    plane: tuple[float, float, float] | None = None
+    """(a, b, c) of the slope plane m = a + b u + c v: px, and px per px of image."""
+    centre_px: tuple[float, float] | None = None
+    """(u, v) of the centre of the board in the reference view."""
+    corner_slope_px: float | None = None
+    """Slope from the tracks of the corners alone."""
+    corner_sigma_px: float | None = None
+    dense_slope_px: float | None = None
+    """Slope of the dense estimator that `rig capture` uses."""
+    dense_sigma_px: float | None = None
+    failure: Failure | None = None
+    """Set when there is no slope."""
+    details: Json = field(default_factory=dict[str, object])
+    """Anything else worth keeping."""
+
+    def __post_init__(self) -> None:
+        for place in fields(self):
+            value: object = getattr(self, place.name)
+            numbers = value if isinstance(value, tuple) else (value,)
+            for number in numbers:
+                if isinstance(number, float) and not math.isfinite(number):
+                    raise ValueError(f"{place.name} is {value}; leave what is unknown None")
+
+
+@dataclass(frozen=True, slots=True)
+class StoredCurve:
+    """A depth-slope curve and the sweep that it comes from."""
+
+    id: int
+    rig: str
+    sweep_id: int
+    created_at: datetime
+    """UTC."""
+    curve: Json
+    """Model, parameters, covariance, valid range: what the curve needs to come back."""
+    holdout: Json
+    """Error at the held-out distances."""
+    versions: Json
+    active: bool
+    """Whether captures may pick it."""
+
+
+@dataclass(frozen=True, slots=True)
+class HistoryRow:
+    """One line of `rig history`."""
+
+    id: int
+    rig: str
+    started_at: datetime
+    ended_at: datetime | None
+    state: State
+    stops_done: int
+    """Stops that have all their samples."""
+    stops_planned: int
+    samples: int
+    curve_id: int | None
+    """Newest curve of this sweep."""
+    holdout_rms_pct: float | None
+    """rms depth error of that curve at held-out distances, per cent."""

@@ -1,0 +1,123 @@
+"""From a location to an engine whose tables are those of this program."""
+
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import Connection, Engine, create_engine, event, inspect, text
+from sqlalchemy.exc import NoSuchModuleError
+
+from rig.database.location import Location
+from rig.database.trouble import explained
+from rig.errors import StoreError
+
+REVISIONS = ("rig_0001",)
+"""Every schema this program knows, oldest first; a test holds them to `migrations/versions`."""
+
+MIGRATIONS = Path(__file__).parent / "migrations"
+
+
+def open_engine(location: Location) -> Engine:
+    """Open a database; make or upgrade its tables where they are missing or old.
+
+    A database of a newer schema, or of another program, is not touched.
+
+    Raises:
+        StoreError: it cannot be opened, is not ours, or is newer than this program.
+    """
+    with explained("open the database", location):
+        if location.file is not None:
+            location.file.parent.mkdir(parents=True, exist_ok=True)
+        engine = _create(location)
+        try:
+            with engine.connect() as connection:
+                found = _revision(connection, location)
+            if location.file is not None:
+                _keep_a_write_ahead_log(engine)
+            if found != REVISIONS[-1]:
+                _upgrade(engine)
+        except BaseException:
+            engine.dispose()
+            raise
+    return engine
+
+
+def writing(engine: Engine) -> Engine:
+    """Return the engine for transactions that write: SQLite then takes its lock at the start.
+
+    A transaction that reads first and writes later would fail at once, without waiting, when
+    another program wrote in between (SQLITE_BUSY_SNAPSHOT).
+    """
+    return engine.execution_options(writes=True)
+
+
+def _create(location: Location) -> Engine:
+    try:
+        engine = create_engine(location.url)
+    except NoSuchModuleError as error:
+        kind = location.url.drivername
+        raise StoreError(f"{location}: no such kind of database: {kind}; try sqlite:///") from error
+    except ModuleNotFoundError as error:
+        raise StoreError(
+            f"{location}: the Python driver {error.name} is not installed; pip install it"
+        ) from error
+    if location.file is not None:
+        event.listen(engine, "connect", _prepare_sqlite)
+        event.listen(engine, "begin", _begin_sqlite)
+    return engine
+
+
+def _prepare_sqlite(connection: Any, _: object) -> None:
+    # The module's own idea of transactions leaves out changes of tables; ours begin by hand.
+    connection.isolation_level = None
+    connection.execute("PRAGMA foreign_keys = ON")
+    # A sample reported as stored survives a power cut, at a few ms per sample.
+    connection.execute("PRAGMA synchronous = FULL")
+
+
+def _begin_sqlite(connection: Connection) -> None:
+    writes = connection.get_execution_options().get("writes", False)
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+
+def _keep_a_write_ahead_log(engine: Engine) -> None:
+    """Readers and the writer then never wait for each other; the file remembers it."""
+    connection = engine.raw_connection()
+    try:
+        connection.cursor().execute("PRAGMA journal_mode = WAL")
+    finally:
+        connection.close()
+
+
+def _revision(connection: Connection, location: Location) -> str | None:
+    """Return the schema found, None in an empty database."""
+    tables = inspect(connection).get_table_names()
+    if not tables:
+        return None
+    found: list[str] = []
+    if "alembic_version" in tables:
+        found = list(connection.scalars(text("SELECT version_num FROM alembic_version")))
+    if not any(revision.startswith("rig_") for revision in found):
+        raise StoreError(
+            f"{location}: asked for a database of rig, found one with the tables "
+            f"{', '.join(tables[:5])} of another program; choose another with --db"
+        )
+    if len(found) > 1 or found[0] not in REVISIONS:
+        raise StoreError(
+            f"{location}: the database has schema {', '.join(found)}, this rig knows up to "
+            f"{REVISIONS[-1]}; upgrade rig (the database was not touched)"
+        )
+    return found[0]
+
+
+def _upgrade(engine: Engine) -> None:
+    # Slow to import, and needed once in the life of a database.
+    from alembic import command  # noqa: PLC0415
+    from alembic.config import Config  # noqa: PLC0415
+
+    config = Config()
+    config.set_main_option("script_location", str(MIGRATIONS).replace("%", "%%"))
+    config.set_main_option("path_separator", "os")
+    # One transaction: all or nothing; a second program waits here and then finds the work done.
+    with writing(engine).begin() as connection:
+        config.attributes["connection"] = connection
+        command.upgrade(config, "head")

@@ -1,0 +1,337 @@
+"""The store: sweeps, samples with their frames, slopes and curves, kept for good."""
+
+import os
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Literal
+
+from sqlalchemy import Engine
+from sqlalchemy.orm import Session
+
+from rig.database import queries
+from rig.database.convert import (
+    curve_value,
+    frame_row,
+    measurement_row,
+    measurement_value,
+    sample_value,
+    stop_row,
+    stop_value,
+    sweep_value,
+)
+from rig.database.frames import (
+    FrameWriter,
+    clear_unfinished,
+    read_frames,
+    sample_folder,
+    sweep_folder,
+)
+from rig.database.location import Location, locate
+from rig.database.records import (
+    HistoryRow,
+    Json,
+    Measurement,
+    Sample,
+    SampleKey,
+    StoredCurve,
+    Sweep,
+)
+from rig.database.schema import open_engine, writing
+from rig.database.tables import CurveRow, SampleRow, SweepRow
+from rig.database.trouble import explained
+from rig.errors import StoreError
+from rig.frames import MultiView
+from rig.plan import Stop
+
+
+def open_store(url: str | None = None) -> "Store":
+    """Open the database; a missing one is made, an old one upgraded.
+
+    Args:
+        url: SQLAlchemy URL; else `RIG_DATABASE`, else a file in the user's data directory.
+
+    Raises:
+        StoreError: it cannot be opened, is not ours, or is newer than this program.
+    """
+    location = locate(url, os.environ)
+    return Store(location, open_engine(location))
+
+
+class Store:
+    """One open database; a context manager, safe to use from several threads.
+
+    Every method is one short transaction of its own: done when it returns, undone when it raises.
+    All of them raise `StoreError` when disk or database fail; what was stored before stays.
+    """
+
+    def __init__(self, location: Location, engine: Engine) -> None:
+        self._engine = engine
+        self.database = str(location)
+        """Address of the database, as it may be shown: without a password."""
+        self.frames = location.frames
+        """Folder below which all frames are."""
+
+    def __enter__(self) -> "Store":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the database."""
+        self._engine.dispose()
+
+    def create_sweep(
+        self,
+        *,
+        rig: str,
+        profile: Json,
+        stops: Sequence[Stop],
+        samples_per_stop: int,
+        versions: Json,
+        devices: Json,
+        note: str = "",
+    ) -> int:
+        """Begin a sweep: its row, its plan and its frame folder.
+
+        Args:
+            rig: name of the rig, which names its folder as well.
+            profile: the whole profile as JSON data, as from `model_dump(mode="json")`.
+            stops: the plan, in the order of visits.
+            samples_per_stop: how many samples make a stop done.
+            versions: see `software_versions`.
+            devices: identity of camera and stage.
+            note: free text of the user.
+
+        Returns:
+            The id of the sweep; its state is `running`.
+        """
+        started_at = datetime.now(UTC)
+        with self._writing("begin a sweep") as session:
+            row = SweepRow(
+                rig=rig,
+                profile=dict(profile),
+                versions=dict(versions),
+                devices=dict(devices),
+                samples_per_stop=samples_per_stop,
+                started_at=started_at,
+                state="running",
+                folder="",
+                note=note,
+                stops=[stop_row(stop) for stop in stops],
+            )
+            session.add(row)
+            session.flush()
+            folder = sweep_folder(rig, row.id, started_at)
+            row.folder = folder.as_posix()
+            with explained("begin a sweep", self.frames / folder):
+                (self.frames / folder).mkdir(parents=True)
+            return row.id
+
+    def reopen_sweep(self, sweep_id: int) -> Sweep:
+        """Set a sweep that stopped early to `running` again, to add what is missing.
+
+        Raises:
+            StoreError: no such sweep, or it is finished.
+        """
+        with self._writing(f"resume sweep {sweep_id}") as session:
+            row = queries.sweep_row(session, sweep_id)
+            if row.state == "finished":
+                raise StoreError(
+                    f"asked to resume sweep {sweep_id}, it is finished; begin a new one"
+                )
+            row.state, row.ended_at = "running", None
+            sweep = sweep_value(row, self.frames)
+        clear_unfinished(sweep.folder)
+        return sweep
+
+    def finish_sweep(
+        self, sweep_id: int, state: Literal["finished", "interrupted", "failed"]
+    ) -> None:
+        """Write down how and when a sweep ended.
+
+        Raises:
+            StoreError: no such sweep.
+        """
+        with self._writing(f"end sweep {sweep_id}") as session:
+            row = queries.sweep_row(session, sweep_id)
+            row.state, row.ended_at = state, datetime.now(UTC)
+
+    def sweep(self, sweep_id: int) -> Sweep:
+        """Return one sweep.
+
+        Raises:
+            StoreError: no such sweep; the message names those that there are.
+        """
+        with self._reading(f"read sweep {sweep_id}") as session:
+            return sweep_value(queries.sweep_row(session, sweep_id), self.frames)
+
+    def last_resumable_sweep(self, rig: str) -> Sweep:
+        """Return the newest sweep of a rig, if it did not finish.
+
+        Older ones are left alone: the newer one has taken their place. They can still be resumed
+        by their id.
+
+        Raises:
+            StoreError: there is none, or the newest is finished.
+        """
+        with self._reading(f"look for a sweep of {rig}") as session:
+            return sweep_value(queries.newest_unfinished_sweep_row(session, rig), self.frames)
+
+    def sweeps(self) -> tuple[HistoryRow, ...]:
+        """Return all sweeps, oldest first, with how far they came."""
+        with self._reading("list the sweeps") as session:
+            return queries.history_rows(session)
+
+    def add_sample(
+        self, sweep_id: int, *, stop: int, number: int, reached_mm: float, multiview: MultiView
+    ) -> Sample:
+        """Store one sample: first its frames, then, in one transaction, its rows.
+
+        When this returns, the sample survives a crash of the program and of the machine. A frame
+        folder that no row knows, of a program that was killed in between, is replaced.
+
+        Args:
+            sweep_id: the sweep.
+            stop: index of the planned stop.
+            number: of the sample within its stop, from 0.
+            reached_mm: position of the stage, read back.
+            multiview: the images.
+
+        Raises:
+            StoreError: no such stop in the plan, or this sample is stored already.
+        """
+        doing = f"store sample {number} of stop {stop} of sweep {sweep_id}"
+        with self._reading(doing) as session:
+            planned = stop_value(queries.stop_row(session, sweep_id, stop))
+            sweep = queries.sweep_row(session, sweep_id)
+            if queries.has_sample(session, sweep_id, (stop, number)):
+                raise StoreError(f"cannot {doing}: it is stored already; choose another number")
+            folder = Path(sweep.folder) / sample_folder(planned, number)
+        with FrameWriter(self.frames / folder) as writer:
+            stored = writer.write(multiview)
+            with self._writing(doing) as session:
+                row = SampleRow(
+                    sweep_id=sweep_id,
+                    stop=stop,
+                    sample=number,
+                    reached_mm=float(reached_mm),
+                    taken_at=datetime.now(UTC),
+                    temperature_degc=multiview.temperature_degc,
+                    folder=folder.as_posix(),
+                    frames=[frame_row(place, frame) for place, frame in enumerate(stored)],
+                )
+                session.add(row)
+                # The row goes first: where another program was quicker it is refused, and the
+                # frames of that program stay as they are.
+                session.flush()
+                writer.publish()
+                return sample_value(row, self.frames)
+
+    def samples(self, sweep_id: int) -> tuple[Sample, ...]:
+        """Return the samples of a sweep in the order of its plan.
+
+        Raises:
+            StoreError: no such sweep.
+        """
+        with self._reading(f"read the samples of sweep {sweep_id}") as session:
+            rows = queries.sample_rows(session, sweep_id)
+            return tuple(sample_value(row, self.frames) for row in rows)
+
+    def load(self, sample: Sample) -> MultiView:
+        """Read the multi-view of a sample back, exactly as it was taken.
+
+        Raises:
+            StoreError: an image is missing, damaged, or another one than was stored.
+        """
+        return read_frames(sample.folder, sample.frames, sample.temperature_degc)
+
+    def save_measurements(
+        self, sweep_id: int, measurements: Mapping[SampleKey, Measurement]
+    ) -> None:
+        """Store what was derived from samples; earlier measurements of these give way.
+
+        Raises:
+            StoreError: one of the samples is not stored; nothing was changed.
+        """
+        with self._writing(f"store the slopes of sweep {sweep_id}") as session:
+            for key, measurement in measurements.items():
+                row = measurement_row(measurement)
+                row.sample_id = queries.sample_id(session, sweep_id, key)
+                session.merge(row)
+
+    def measurements(self, sweep_id: int) -> dict[SampleKey, Measurement]:
+        """Return what was derived from the samples of a sweep, in the order of its plan.
+
+        Raises:
+            StoreError: no such sweep.
+        """
+        with self._reading(f"read the slopes of sweep {sweep_id}") as session:
+            rows = queries.measurement_rows(session, sweep_id)
+            return {key: measurement_value(row) for key, row in rows.items()}
+
+    def save_curve(
+        self, sweep_id: int, *, curve: Json, holdout: Json, versions: Json, active: bool = True
+    ) -> int:
+        """Store a curve of the rig of a sweep.
+
+        Args:
+            sweep_id: where it comes from.
+            curve: all that the curve needs to come back.
+            holdout: its error at the held-out distances; `rig history` shows `rms_pct`.
+            versions: see `software_versions`.
+            active: whether captures may pick it.
+
+        Returns:
+            The id of the curve.
+
+        Raises:
+            StoreError: no such sweep.
+        """
+        with self._writing(f"store a curve of sweep {sweep_id}") as session:
+            row = CurveRow(
+                rig=queries.sweep_row(session, sweep_id).rig,
+                sweep_id=sweep_id,
+                created_at=datetime.now(UTC),
+                curve=dict(curve),
+                holdout=dict(holdout),
+                versions=dict(versions),
+                active=active,
+            )
+            session.add(row)
+            session.flush()
+            return row.id
+
+    def curve(self, curve_id: int) -> StoredCurve:
+        """Return one curve.
+
+        Raises:
+            StoreError: no such curve; the message names those that there are.
+        """
+        with self._reading(f"read curve {curve_id}") as session:
+            return curve_value(queries.curve_row(session, curve_id))
+
+    def active_curve(self, rig: str) -> StoredCurve:
+        """Return the newest active curve of a rig.
+
+        Raises:
+            StoreError: there is none; the message names the rigs that have one.
+        """
+        with self._reading(f"look for the curve of {rig}") as session:
+            return curve_value(queries.active_curve_row(session, rig))
+
+    @contextmanager
+    def _reading(self, doing: str) -> Generator[Session]:
+        with explained(doing, self.database), Session(self._engine) as session:
+            yield session
+
+    @contextmanager
+    def _writing(self, doing: str) -> Generator[Session]:
+        with (
+            explained(doing, self.database),
+            Session(writing(self._engine)) as session,
+            session.begin(),
+        ):
+            yield session

@@ -1,0 +1,66 @@
+"""What goes wrong with disks and databases, each in one line with a way out."""
+
+import errno
+import sqlite3
+from collections.abc import Generator
+from contextlib import contextmanager
+
+from sqlalchemy.exc import DBAPIError, SQLAlchemyError
+
+from rig.errors import StoreError
+
+_FULL = "the disk is full (or a size limit is reached); free space and go on with --resume"
+_READ_ONLY = "it may only be read; check permissions, or choose another place with --db"
+
+_OF_SYSTEM = {
+    errno.ENOSPC: _FULL,
+    errno.EDQUOT: _FULL,
+    errno.EFBIG: _FULL,
+    errno.EROFS: _READ_ONLY,
+    errno.EACCES: _READ_ONLY,
+    errno.EPERM: _READ_ONLY,
+}
+
+# Beginnings of SQLite's result codes (https://sqlite.org/rescode.html).
+_OF_SQLITE = {
+    "SQLITE_FULL": _FULL,
+    "SQLITE_READONLY": _READ_ONLY,
+    "SQLITE_CANTOPEN": "it cannot be opened; check that its directory exists and may be written",
+    "SQLITE_BUSY": "another program holds it locked; let that one finish and try again",
+    "SQLITE_LOCKED": "another program holds it locked; let that one finish and try again",
+    "SQLITE_NOTADB": "the file is no SQLite database; choose another with --db",
+    "SQLITE_CORRUPT": "the file is damaged; bring back a copy, or rescue it with sqlite3 .recover",
+    "SQLITE_IOERR": "reading or writing failed; look whether the disk is full, gone or failing",
+}
+
+
+@contextmanager
+def explained(doing: str, place: object) -> Generator[None]:
+    """Turn errors of system and database into one `StoreError`.
+
+    Args:
+        doing: what was asked, to follow "cannot".
+        place: file, folder or database, shown as it is: without a password.
+
+    Raises:
+        StoreError: instead of `OSError` and everything that SQLAlchemy raises.
+    """
+    try:
+        yield
+    except OSError as error:
+        found = _OF_SYSTEM.get(error.errno or 0, f"{error.strerror or error}; check this path")
+        raise StoreError(f"{place}: cannot {doing}: {found}") from error
+    except SQLAlchemyError as error:
+        raise StoreError(f"{place}: cannot {doing}: {_found_by_database(error)}") from error
+
+
+def _found_by_database(error: SQLAlchemyError) -> str:
+    cause = error.orig if isinstance(error, DBAPIError) else error
+    if isinstance(cause, sqlite3.Error):
+        # Errors of the module itself, not of the library below it, carry no name.
+        name = getattr(cause, "sqlite_errorname", "")
+        for beginning, found in _OF_SQLITE.items():
+            if name.startswith(beginning):
+                return found
+    first_line = str(cause).partition("\n")[0]
+    return f"the database answers: {first_line}"
