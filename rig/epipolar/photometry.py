@@ -15,7 +15,8 @@ from rig.epipolar.sweep import sweep_costs
 
 _SHRINK = 4
 _MIN_SIDE_PX = 16
-_ROUNDS = 8
+_ROUNDS = 6
+_PAIRS = 4000
 _QUANTILES = np.linspace(0.05, 0.95, 19)
 
 
@@ -52,7 +53,9 @@ def equalise(
             continue
         seen, grey = sample_view(small[i], float(x_steps[i]), float(y_steps[i]), slope)
         if np.count_nonzero(seen) > _MIN_SIDE_PX**2 // 2:
-            better, shift = _gain_offset(grey[seen], small[reference][seen])
+            pairs = np.flatnonzero(seen)
+            pairs = pairs[:: max(1, len(pairs) // _PAIRS)]
+            better, shift = _gain_offset(grey.ravel()[pairs], small[reference].ravel()[pairs])
             gain, offset = better * gain, better * offset + shift
         equal[i] = np.float32(gain) * images[i] + np.float32(offset)
     return equal
@@ -67,8 +70,9 @@ def _gain_offset(grey: NDArray[np.floating], target: NDArray[np.floating]) -> tu
         scale = 1.5 * float(np.median(np.abs(misfit))) + 1e-3 * float(np.std(y)) + 1e-9
         weight = 1.0 / (1.0 + (misfit / scale) ** 2)
         weight /= weight.sum()
-        mean_x, mean_y = float(weight @ x), float(weight @ y)
-        var_x, var_y = float(weight @ (x - mean_x) ** 2), float(weight @ (y - mean_y) ** 2)
+        mean_x, mean_y = float((weight * x).sum()), float((weight * y).sum())
+        var_x = float((weight * (x - mean_x) ** 2).sum())
+        var_y = float((weight * (y - mean_y) ** 2).sum())
         if var_x <= 0 or var_y <= 0:
             return 1.0, mean_y - mean_x
         gain = float(np.sqrt(var_y / var_x))
