@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-
 from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
 
 if TYPE_CHECKING:

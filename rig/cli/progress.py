@@ -35,7 +35,7 @@ class Progress:
         if self._is_terminal and self._width:
             sys.stderr.write("\n")
 
-    def report(self, done: int, text: str, *, first: int = 0) -> None:
+    def report(self, done: int, text: str, first: int = 0) -> None:
         """Show that `done` of the total are done; `first` were done before this run."""
         now_s = time.monotonic()
         is_last = self._total is not None and done >= self._total

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from rig.errors import ConfigError
+from rig.plan import Stop, even_distances_mm, move_time_s, plan_stops
 from rig.profile import GrblStageConfig, Profile, SimCameraConfig, SweepConfig, TargetConfig
-from rig.sweep.plan import Stop, even_distances_mm, move_time_s, plan_stops
 from rig.sweep.take import SweepTimes
 
 _TYPICAL_GRAB_S = 0.1

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from rig.devices import Camera, Clock, Stage
 from rig.frames import MultiView
-from rig.sweep.plan import Stop
+from rig.plan import Stop
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +28,24 @@ class SweepTimes:
     moves_s: float = 0.0
     settling_s: float = 0.0
     exposures_s: float = 0.0
+    total_s: float | None = None
+    """From the first move until everything was measured."""
 
     @property
     def needed_s(self) -> float:
         """What the bench itself needed; all else is overhead."""
         return self.moves_s + self.settling_s + self.exposures_s
+
+    def line(self) -> str:
+        """Return the times in words."""
+        parts = (
+            f"moves {self.moves_s:.1f} s + settling {self.settling_s:.1f} s + exposures "
+            f"{self.exposures_s:.1f} s = {self.needed_s:.1f} s"
+        )
+        if self.total_s is None or self.needed_s <= 0.0:
+            return parts
+        times = self.total_s / self.needed_s
+        return f"{parts}; the sweep took {self.total_s:.1f} s ({times:.2f} times)"
 
 
 def run_sweep(

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rig.errors import ConfigError, StageLimitError
-from rig.sweep.plan import Stop, even_distances_mm, move_time_s, plan_stops
+from rig.plan import Stop, even_distances_mm, move_time_s, plan_stops
 
 TRAVEL_MM = (100.0, 900.0)
 

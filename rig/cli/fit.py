@@ -1,0 +1,35 @@
+"""`rig fit`: slopes and curve again from stored frames."""
+
+from typing import Annotated
+
+import typer
+
+from rig.cli.options import AsJson, DatabaseUrl
+from rig.cli.output import show, show_json, tell
+
+SweepNumber = Annotated[
+    int, typer.Argument(metavar="SWEEP", help="Number of the sweep; `rig history` shows them.")
+]
+
+
+def fit(sweep_id: SweepNumber, *, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
+    """Compute slopes and curve of a sweep again from its stored frames; no hardware is touched."""
+    from rig.cli.progress import Progress
+    from rig.database import open_store
+    from rig.report import write_report
+    from rig.sweep.run import measure_again
+
+    with open_store(database) as store:
+        total = len(store.samples(sweep_id))
+        with Progress(total) as progress:
+            result = measure_again(store, sweep_id, progress.report)
+        write_report(store, result)
+    if as_json:
+        show_json(result.as_dict())
+    else:
+        for line in result.lines():
+            show(line)
+    if result.failed_gates:
+        for gate in result.failed_gates:
+            tell(f"rig: quality gate missed: {gate}")
+        raise typer.Exit(3)

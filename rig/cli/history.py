@@ -1,0 +1,53 @@
+"""`rig history`: the sweeps in the database."""
+
+from rig.cli.options import AsJson, DatabaseUrl
+from rig.cli.output import show, show_json, table
+
+
+def history(*, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
+    """List the sweeps in the database, oldest first."""
+    from rig.database import open_store
+
+    with open_store(database) as store:
+        rows, where = store.sweeps(), store.database
+    if as_json:
+        show_json(
+            {
+                "database": where,
+                "sweeps": [
+                    {
+                        "sweep": row.id,
+                        "rig": row.rig,
+                        "started_at": row.started_at.isoformat(),
+                        "state": row.state,
+                        "stops_done": row.stops_done,
+                        "stops_planned": row.stops_planned,
+                        "samples": row.samples,
+                        "curve": row.curve_id,
+                        "holdout_rms_pct": row.holdout_rms_pct,
+                    }
+                    for row in rows
+                ],
+            }
+        )
+        return
+    show(where)
+    if not rows:
+        show("no sweep yet; begin with: rig sweep PROFILE")
+        return
+    cells = [
+        [
+            str(row.id),
+            row.rig,
+            row.started_at.astimezone().strftime("%Y-%m-%d %H:%M"),
+            row.state,
+            f"{row.stops_done}/{row.stops_planned}",
+            str(row.samples),
+            "" if row.curve_id is None else str(row.curve_id),
+            "" if row.holdout_rms_pct is None else f"{row.holdout_rms_pct:.4f}",
+        ]
+        for row in rows
+    ]
+    header = ("sweep", "rig", "started", "state", "stops", "samples", "curve", "held-out rms %")
+    for line in table(cells, header):
+        show(line)

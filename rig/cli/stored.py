@@ -1,0 +1,37 @@
+"""What verbs look up in the database."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rig.curve import Curve
+    from rig.profile import Profile
+
+
+def find_curve(
+    profile: "Profile", curve_id: int | None, database: str | None
+) -> "tuple[int, Curve]":
+    """Return the curve to use: the one asked for, or the newest of the rig.
+
+    Raises:
+        CurveError: it belongs to another rig, or to another arrangement of its cameras.
+        StoreError: there is none.
+    """
+    from rig.capture.run import require_matching
+    from rig.curve import Curve
+    from rig.database import open_store
+    from rig.sweep.conclude import stored_profile
+
+    with open_store(database) as store:
+        stored = store.active_curve(profile.name) if curve_id is None else store.curve(curve_id)
+        calibrated = stored_profile(store.sweep(stored.sweep_id))
+    require_matching(profile, calibrated, stored.id)
+    return stored.id, Curve.from_json(stored.curve)
+
+
+def data_folder(database: str | None) -> Path:
+    """Return the folder beside the database, where frames and captures go."""
+    from rig.database import open_store
+
+    with open_store(database) as store:
+        return store.frames.parent

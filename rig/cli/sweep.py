@@ -1,0 +1,148 @@
+"""`rig sweep`: the calibration sweep."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
+from rig.cli.output import show, show_json, table, tell
+
+if TYPE_CHECKING:
+    from rig.plan import Stop
+    from rig.sweep.conclude import SweepResult
+    from rig.sweep.take import SweepTimes
+
+_PROFILE = "as in the profile"
+
+
+def sweep(
+    profile_name: ProfileName,
+    more: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[ID | MM...]",
+            help="After --resume: number of the sweep. After --at-mm: further distances.",
+            show_default=False,
+        ),
+    ] = None,
+    *,
+    from_mm: Annotated[
+        float | None, typer.Option("--from-mm", help="First distance.", show_default=_PROFILE)
+    ] = None,
+    to_mm: Annotated[
+        float | None, typer.Option("--to-mm", help="Last distance.", show_default=_PROFILE)
+    ] = None,
+    count: Annotated[
+        int | None,
+        typer.Option("--count", help="Distances, both ends included.", show_default=_PROFILE),
+    ] = None,
+    at_mm: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--at-mm",
+            metavar="MM...",
+            help="Visit exactly these distances: 400 500 650, or 400,500,650.",
+            show_default=False,
+        ),
+    ] = None,
+    samples: Annotated[
+        int | None,
+        typer.Option("--samples", min=1, help="Multi-views per stop.", show_default=_PROFILE),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with an interrupted sweep of this rig.")
+    ] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Print the plan and its estimated time; move nothing.")
+    ] = False,
+    overrides: Overrides = None,
+    database: DatabaseUrl = None,
+    as_json: AsJson = False,
+) -> None:
+    """Move the board through known distances and calibrate slope against distance.
+
+    Every sample is stored before the next is taken: after Ctrl-C, a crash or a lost device,
+    `rig sweep PROFILE --resume` goes on. Distances count from the optical centre of the reference
+    camera. Ends with the depth error at distances that the fit has not seen; exit code 3 says
+    that it misses the profile's limits.
+    """
+    from rig.cli.progress import Progress
+    from rig.database import open_store
+    from rig.hardware import open_hardware
+    from rig.profile.load import load_profile
+    from rig.report import write_report
+    from rig.sweep.request import SweepRequest, plan_of, planned_times
+    from rig.sweep.run import new_sweep, resumed_sweep, sweep_and_conclude
+
+    more = more or []
+    if more and not (resume or at_mm):
+        raise typer.BadParameter(f"{' '.join(more)}: give distances after --at-mm")
+    if at_mm and (resume or not (from_mm is to_mm is count is None)):
+        raise typer.BadParameter("--at-mm stands alone, without --from-mm, --to-mm, --count")
+    profile = load_profile(profile_name, overrides or ())
+    distances_mm = tuple(_numbers([*(at_mm or []), *more])) if at_mm else ()
+    request = SweepRequest(from_mm, to_mm, count, distances_mm, samples)
+    if dry_run:
+        stops, planned_samples = plan_of(profile, request)
+        _show_plan(stops, planned_samples, planned_times(profile, stops, planned_samples), as_json)
+        return
+    with open_store(database) as store:
+        job = (
+            resumed_sweep(store, profile, _sweep_number(more))
+            if resume
+            else new_sweep(profile, request)
+        )
+        with open_hardware(job.profile) as hardware, Progress(job.total) as progress:
+            result = sweep_and_conclude(job, hardware, store, progress.report, tell)
+        write_report(store, result)
+    if as_json:
+        show_json(result.as_dict())
+    else:
+        _show_result(result)
+    if result.failed_gates:
+        for gate in result.failed_gates:
+            tell(f"rig: quality gate missed: {gate}")
+        raise typer.Exit(3)
+
+
+def _numbers(texts: list[str]) -> list[float]:
+    try:
+        return [float(part) for text in texts for part in text.split(",") if part]
+    except ValueError as error:
+        raise typer.BadParameter(f"{' '.join(texts)}: distances are numbers in mm") from error
+
+
+def _sweep_number(more: list[str]) -> int | None:
+    if not more:
+        return None
+    if len(more) > 1 or not more[0].isdigit():
+        raise typer.BadParameter(f"{' '.join(more)}: after --resume comes one sweep number")
+    return int(more[0])
+
+
+def _show_plan(stops: "tuple[Stop, ...]", samples: int, times: "SweepTimes", as_json: bool) -> None:
+    if as_json:
+        show_json(
+            {
+                "stops": [
+                    {"distance_mm": s.distance_mm, "role": s.role, "direction": s.direction}
+                    for s in stops
+                ],
+                "samples": samples,
+                "estimated_s": times.needed_s,
+            }
+        )
+        return
+    rows = [[str(s.index), f"{s.distance_mm:.3f}", s.role, s.direction] for s in stops]
+    for line in table(rows, ("stop", "distance mm", "role", "direction")):
+        show(line)
+    show(
+        f"{len(stops)} stops x {samples} samples, about {times.needed_s:.0f} s after homing: "
+        f"moves {times.moves_s:.0f} s, settling {times.settling_s:.0f} s, "
+        f"exposures {times.exposures_s:.0f} s; nothing was moved"
+    )
+
+
+def _show_result(result: "SweepResult") -> None:
+    for line in result.lines():
+        show(line)

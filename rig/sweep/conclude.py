@@ -1,0 +1,175 @@
+"""The end of a sweep: curve, held-out error and gates, from what is stored and nothing else."""
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from rig.curve import CurveFit, Headline, fit_curve, headline
+from rig.database import Store, Sweep, software_versions
+from rig.errors import CurveError
+from rig.profile import Profile
+from rig.profile.load import parse_profile
+from rig.sweep.points import StopResult, stop_results
+from rig.sweep.request import sweep_setup
+from rig.sweep.take import SweepTimes
+
+REPORT_FILE = "report.html"
+
+
+@dataclass(frozen=True, slots=True)
+class SweepResult:
+    """A finished sweep and what it is worth."""
+
+    sweep_id: int
+    rig: str
+    database: str
+    report: Path
+    stops: tuple[StopResult, ...]
+    fit: CurveFit
+    curve_id: int
+    headline: Headline
+    failed_gates: tuple[str, ...]
+    times: SweepTimes | None
+    """None where the slopes were computed again from stored frames."""
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the result as the command line's JSON contract."""
+        curve = self.fit.best
+        return {
+            "sweep": self.sweep_id,
+            "database": self.database,
+            "report": str(self.report),
+            "points": [asdict(stop.point) for stop in self.stops if stop.point is not None],
+            "curve": {
+                "id": self.curve_id,
+                "model": curve.model,
+                "params": curve.params,
+                "focus_mm": curve.focus_mm,
+                "valid_mm": list(curve.valid_mm),
+            },
+            "holdout": _holdout(self.fit) or None,
+            "failed_gates": list(self.failed_gates),
+        }
+
+    def lines(self) -> list[str]:
+        """Return the result for a person, the most important first."""
+        curve, holdout = self.fit.best, self.fit.holdout
+        lines = [f"{self.rig}: {self.headline}"]
+        if holdout is not None:
+            lines.append(
+                f"held-out distances: rms {holdout.rms_pct:.4f} % ({holdout.rms_mm:.3f} mm), "
+                f"largest {holdout.max_pct:.4f} %, bias {holdout.bias_pct:+.4f} %"
+            )
+        focus = "outside the sweep"
+        if curve.focus_mm is not None and curve.focus_sigma_mm is not None:
+            focus = f"{curve.focus_mm:.2f} +- {2.0 * curve.focus_sigma_mm:.2f} mm (k=2)"
+        lines.append(f"curve {self.curve_id}: {curve.model}, focus distance {focus}")
+        lines += [f"note: {warning}" for warning in self.fit.warnings]
+        if self.times is not None and self.times.total_s is not None:
+            lines.append(self.times.line())
+        lines.append(f"sweep {self.sweep_id} in {self.database}")
+        lines.append(f"report: {self.report}")
+        return lines
+
+
+def conclude_sweep(store: Store, sweep_id: int, times: SweepTimes | None = None) -> SweepResult:
+    """Fit the curve of a sweep from its stored slopes, judge it, and make it the rig's curve.
+
+    Raises:
+        CurveError: too few stops gave a slope, or they contradict each other.
+        StoreError: the database cannot be read or written.
+    """
+    stops, fit = _fit(store, sweep_id)
+    curve_id = store.save_curve(
+        sweep_id, curve=fit.best.to_json(), holdout=_holdout(fit), versions=software_versions()
+    )
+    return _result(store, sweep_id, stops, fit, curve_id, times)
+
+
+def stored_conclusion(store: Store, sweep_id: int) -> SweepResult:
+    """Return what `conclude_sweep` found, without storing another curve.
+
+    Raises:
+        CurveError: the sweep has no curve.
+        StoreError: no such sweep.
+    """
+    stops, fit = _fit(store, sweep_id)
+    curve_ids = [row.curve_id for row in store.sweeps() if row.id == sweep_id]
+    if not curve_ids or curve_ids[0] is None:
+        raise CurveError(f"sweep {sweep_id} has no curve yet; run `rig fit {sweep_id}`")
+    return _result(store, sweep_id, stops, fit, curve_ids[0], None)
+
+
+def _fit(store: Store, sweep_id: int) -> tuple[tuple[StopResult, ...], CurveFit]:
+    profile = stored_profile(store.sweep(sweep_id))
+    stops = stop_results(
+        store.samples(sweep_id),
+        store.measurements(sweep_id),
+        max_motion_px=sweep_setup(profile).config.max_motion_px,
+    )
+    try:
+        return stops, fit_curve([stop.point for stop in stops if stop.point is not None])
+    except CurveError as error:
+        problems = [stop.problem for stop in stops if stop.problem is not None]
+        because = f"; {problems[0]}" if problems else ""
+        raise CurveError(
+            f"sweep {sweep_id} is stored, but has no curve: {error}{because}"
+        ) from error
+
+
+def _result(
+    store: Store,
+    sweep_id: int,
+    stops: tuple[StopResult, ...],
+    fit: CurveFit,
+    curve_id: int,
+    times: SweepTimes | None,
+) -> SweepResult:
+    sweep = store.sweep(sweep_id)
+    problems = [stop.problem for stop in stops if stop.problem is not None]
+    return SweepResult(
+        sweep_id=sweep_id,
+        rig=sweep.rig,
+        database=store.database,
+        report=sweep.folder / REPORT_FILE,
+        stops=stops,
+        fit=fit,
+        curve_id=curve_id,
+        headline=headline(fit.best, fit.holdout),
+        failed_gates=(*_failed_gates(stored_profile(sweep), fit), *problems),
+        times=times,
+    )
+
+
+def stored_profile(sweep: Sweep) -> Profile:
+    """Return the profile that a sweep was taken with.
+
+    Raises:
+        ConfigError: it was written by a version with other keys.
+    """
+    return parse_profile(dict(sweep.profile), source=f"profile stored with sweep {sweep.id}")
+
+
+def _holdout(fit: CurveFit) -> dict[str, object]:
+    holdout = fit.holdout
+    if holdout is None:
+        return {}
+    return {
+        "bias_pct": holdout.bias_pct,
+        "rms_pct": holdout.rms_pct,
+        "max_pct": holdout.max_pct,
+        "rms_mm": holdout.rms_mm,
+    }
+
+
+def _failed_gates(profile: Profile, fit: CurveFit) -> list[str]:
+    if fit.holdout is None:
+        return ["no distance was held out, so the depth error is unknown"]
+    limits = (
+        ("rms", fit.holdout.rms_pct, profile.quality.holdout_rms_pct),
+        ("largest", fit.holdout.max_pct, profile.quality.holdout_max_pct),
+    )
+    return [
+        f"{name} depth error at held-out distances is {found:.4f} %, allowed {allowed:.4f} %"
+        for name, found, allowed in limits
+        if found > allowed
+    ]

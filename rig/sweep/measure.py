@@ -1,0 +1,81 @@
+"""From the images of one sample to its slopes: a pure function, so that `rig fit` can repeat it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.database import Failure, Measurement
+from rig.epipolar import RectifiedViews, estimate_slopes
+from rig.epipolar.board_fit import fit_board_slope
+from rig.epipolar.board_prior import DenseBoardSlope, dense_board_slope, plane_prior
+from rig.epipolar.board_slope import BoardSlope
+from rig.errors import SlopeError, TargetError
+from rig.frames import GreyImage
+from rig.geometry.board import Board
+from rig.geometry.corners import Corners, find_corners
+from rig.profile import Profile
+from rig.rectified import rectified_views
+from rig.sweep.request import sweep_setup
+
+CORNERS, OUTLINE = "corners_px", "outline_px"
+"""Details of a measurement, in the reference view: corners (rows, columns, 2), outline (4, 2)."""
+
+
+def measure_sample(profile: Profile, images: GreyImage) -> Measurement:
+    """Measure the slope of the board in one multi-view, in all three ways.
+
+    The corners give the unambiguous start, the joint line fit the slope, and the estimator that
+    `rig capture` uses the dense slope, so that its bias is known. The same images give the same
+    numbers to the last digit.
+
+    Args:
+        profile: the rig, with a target.
+        images: (V, H, W) in the order of the profile's views.
+
+    Returns:
+        Slopes at the centre of the board; or why there are none.
+    """
+    target = sweep_setup(profile).target
+    board = Board(target.columns, target.rows, target.square_mm)
+    try:
+        views = rectified_views(profile, images)
+        corners = [_corners_or_reason(image, board) for image in images]
+        slope = fit_board_slope(views, corners)
+        dense = _dense_slope(views, profile, slope)
+    except TargetError as error:
+        return Measurement(failure=Failure(error.reason, str(error)))
+    except SlopeError as error:
+        return Measurement(failure=Failure("no-slope", str(error)))
+    reference = corners[profile.reference]
+    return Measurement(
+        slope_px=slope.slope_px,
+        sigma_px=slope.sigma_px,
+        plane=slope.plane,
+        centre_px=slope.centre_px,
+        corner_slope_px=slope.corner_slope_px,
+        corner_sigma_px=slope.corner_sigma_px,
+        dense_slope_px=dense.slope_px,
+        dense_sigma_px=dense.sigma_px,
+        details={
+            "edge_pixels": slope.edge_pixels,
+            "residual_levels": slope.residual,
+            "track_residual_px": slope.track_residual_px,
+            "views": [profile.views[index].name for index in slope.views],
+            CORNERS: reference.xy_px.tolist() if isinstance(reference, Corners) else [],
+            OUTLINE: slope.outline_px.tolist(),
+        },
+    )
+
+
+def _corners_or_reason(
+    image: NDArray[np.uint8] | NDArray[np.uint16], board: Board
+) -> Corners | TargetError:
+    try:
+        return find_corners(image, board)
+    except TargetError as error:
+        return error
+
+
+def _dense_slope(views: RectifiedViews, profile: Profile, slope: BoardSlope) -> DenseBoardSlope:
+    prior = plane_prior(slope, views.shape)
+    dense = estimate_slopes(views, profile.slopes.range_px, prior)
+    return dense_board_slope(dense, slope)

@@ -1,0 +1,251 @@
+"""One sweep from its request to its result: new, resumed, or measured again."""
+
+import statistics
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from rig.database import Measurement, SampleKey, Store, software_versions
+from rig.errors import ConfigError, RigError, TargetError
+from rig.hardware import Hardware
+from rig.interrupts import Interrupts
+from rig.plan import Stop
+from rig.profile import Profile
+from rig.sweep.conclude import SweepResult, conclude_sweep, stored_profile
+from rig.sweep.measure import measure_sample
+from rig.sweep.measuring import MeasuringThread
+from rig.sweep.points import StopResult, stop_results
+from rig.sweep.request import SweepRequest, SweepSetup, plan_of, sweep_setup
+from rig.sweep.take import SweepTimes, run_sweep
+
+ShowProgress = Callable[[int, str, int], None]
+"""Told how many samples are done, where the sweep is, and how many were done before it began."""
+
+
+@dataclass(frozen=True, slots=True)
+class SweepJob:
+    """A sweep that can begin."""
+
+    profile: Profile
+    stops: tuple[Stop, ...]
+    samples: int
+    sweep_id: int | None = None
+    """Of the interrupted sweep that goes on."""
+
+    @property
+    def total(self) -> int:
+        """Samples of the whole sweep."""
+        return len(self.stops) * self.samples
+
+
+def new_sweep(profile: Profile, request: SweepRequest) -> SweepJob:
+    """Plan a sweep from its beginning.
+
+    Raises:
+        ConfigError: the profile lacks a part, or the distances make no plan.
+        StageLimitError: a distance lies outside the travel; nothing has moved.
+    """
+    stops, samples = plan_of(profile, request)
+    return SweepJob(profile, stops, samples)
+
+
+def resumed_sweep(store: Store, profile: Profile, sweep_id: int | None) -> SweepJob:
+    """Take up an interrupted sweep where it stopped.
+
+    Raises:
+        ConfigError: the sweep was taken with another arrangement of the rig.
+        StoreError: there is no such sweep, or it is finished.
+    """
+    sweep = store.last_resumable_sweep(profile.name) if sweep_id is None else store.sweep(sweep_id)
+    before = stored_profile(sweep)
+    for what in ("name", "views", "pitch_mm", "target"):
+        if getattr(before, what) != getattr(profile, what):
+            raise ConfigError(
+                f"asked to resume sweep {sweep.id} of rig {before.name} with profile "
+                f"{profile.name}: {what} differs from what the sweep began with; use the same "
+                "profile, or begin a new sweep"
+            )
+    store.reopen_sweep(sweep.id)
+    return SweepJob(profile, sweep.stops, sweep.samples_per_stop, sweep.id)
+
+
+def sweep_and_conclude(
+    job: SweepJob,
+    hardware: Hardware,
+    store: Store,
+    show_progress: ShowProgress,
+    tell: Callable[[str], None],
+) -> SweepResult:
+    """Home, take and store every missing sample, measure, and conclude.
+
+    Whatever ends it early leaves the stage stopped and every taken sample in the database.
+
+    Raises:
+        RigError: a device, the target, the store or the curve; the sweep can be resumed.
+        KeyboardInterrupt: Ctrl-C; the sample in progress has been finished.
+    """
+    setup = sweep_setup(job.profile)
+    with Interrupts() as interrupts:
+        tell("homing the stage")
+        hardware.stage.home()
+        sweep_id = job.sweep_id if job.sweep_id is not None else _begin(job, hardware, store)
+        try:
+            if job.sweep_id is not None:
+                _measure_old_distance_again(job, setup, hardware, store, tell)
+            times = _take_all(job, sweep_id, setup, hardware, store, interrupts, show_progress)
+        except BaseException as error:
+            hardware.stage.stop()
+            state = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
+            store.finish_sweep(sweep_id, state)
+            tell(
+                f"sweep {sweep_id} stopped, the stage stands still, every sample taken is stored; "
+                f"go on with: rig sweep {job.profile.name} --resume {sweep_id}"
+            )
+            raise
+        store.finish_sweep(sweep_id, "finished")
+    return conclude_sweep(store, sweep_id, times)
+
+
+def measure_again(store: Store, sweep_id: int, show_progress: ShowProgress) -> SweepResult:
+    """Compute slopes and curve of a sweep again from its stored frames; no hardware is touched.
+
+    Raises:
+        StoreError: no such sweep, or frames are missing.
+        CurveError: the slopes make no curve.
+    """
+    sweep = store.sweep(sweep_id)
+    profile = stored_profile(sweep)
+    samples = store.samples(sweep_id)
+    measured: dict[SampleKey, Measurement] = {}
+    for number, sample in enumerate(samples):
+        measured[sample.key] = measure_sample(profile, store.load(sample).stack())
+        show_progress(number + 1, f"{sample.stop.distance_mm:.1f} mm", 0)
+    store.save_measurements(sweep_id, measured)
+    return conclude_sweep(store, sweep_id)
+
+
+def _begin(job: SweepJob, hardware: Hardware, store: Store) -> int:
+    return store.create_sweep(
+        rig=job.profile.name,
+        profile=job.profile.model_dump(mode="json"),
+        stops=job.stops,
+        samples_per_stop=job.samples,
+        versions=software_versions(),
+        devices={
+            "camera": dict(hardware.camera.identity),
+            "stage": dict(hardware.stage.identity),
+        },
+    )
+
+
+def _take_all(
+    job: SweepJob,
+    sweep_id: int,
+    setup: SweepSetup,
+    hardware: Hardware,
+    store: Store,
+    interrupts: Interrupts,
+    show_progress: ShowProgress,
+) -> SweepTimes:
+    stored = store.samples(sweep_id)
+    done: dict[int, set[int]] = {}
+    for sample in stored:
+        done.setdefault(sample.stop.index, set()).add(sample.number)
+    measured = store.measurements(sweep_id)
+    times = SweepTimes()
+    count = first = len(stored)
+    begun_s = hardware.clock.now_s()
+    with MeasuringThread(job.profile) as measuring:
+        for sample in stored:  # taken before an interruption, but not measured
+            if sample.key not in measured:
+                measuring.submit(sample.key, store.load(sample).stack())
+        for taken in run_sweep(
+            job.stops,
+            stage=hardware.stage,
+            camera=hardware.camera,
+            clock=hardware.clock,
+            samples=job.samples,
+            settle_s=setup.config.settle_s,
+            move_timeout_s=setup.config.move_timeout_s,
+            grab_timeout_s=job.profile.camera.timeout_s,
+            times=times,
+            done={stop: frozenset(numbers) for stop, numbers in done.items()},
+            held=interrupts.held,
+        ):
+            sample = store.add_sample(
+                sweep_id,
+                stop=taken.stop.index,
+                number=taken.sample,
+                reached_mm=taken.reached_mm,
+                multiview=taken.multiview,
+            )
+            measuring.submit(sample.key, taken.multiview.stack())
+            store.save_measurements(sweep_id, measuring.finished())
+            count += 1
+            where = f"{taken.reached_mm:.1f} mm {taken.stop.direction}, sample {taken.sample + 1}"
+            show_progress(count, where, first)
+        for key, measurement in measuring.remaining():
+            store.save_measurements(sweep_id, {key: measurement})
+    times.total_s = hardware.clock.now_s() - begun_s
+    return times
+
+
+def _measure_old_distance_again(
+    job: SweepJob,
+    setup: SweepSetup,
+    hardware: Hardware,
+    store: Store,
+    tell: Callable[[str], None],
+) -> None:
+    """Prove that the rig is still the one that began the sweep.
+
+    Raises:
+        TargetError: the board is not where it was at the last finished distance.
+    """
+    sweep_id = job.sweep_id
+    if sweep_id is None:
+        return
+    results = stop_results(
+        store.samples(sweep_id),
+        store.measurements(sweep_id),
+        max_motion_px=setup.config.max_motion_px,
+    )
+    finished = [r for r in results if r.point is not None and r.point.samples == job.samples]
+    if not finished:
+        tell(f"sweep {sweep_id}: no distance was finished before; nothing to compare with")
+        return
+    _compare(finished[-1], job, setup, hardware, tell)
+
+
+def _compare(
+    old: StopResult,
+    job: SweepJob,
+    setup: SweepSetup,
+    hardware: Hardware,
+    tell: Callable[[str], None],
+) -> None:
+    if old.point is None:
+        raise RigError(f"stop {old.stop.index} has no slope to compare with")
+    hardware.stage.move_to(old.stop.distance_mm, setup.config.move_timeout_s)
+    hardware.clock.sleep_s(setup.config.settle_s)
+    again = [
+        measure_sample(job.profile, hardware.camera.grab(job.profile.camera.timeout_s).stack())
+        for _ in range(job.samples)
+    ]
+    slopes_px = _slopes_px(again)
+    change_px = statistics.fmean(slopes_px) - old.point.slope_px
+    text = f"{old.stop.distance_mm:.1f} mm measured again: slope differs by {change_px:+.4f} px"
+    allowed_px = setup.config.max_motion_px
+    if abs(change_px) > allowed_px:
+        raise TargetError(
+            f"{text}, allowed {allowed_px:.4f} px; camera, board or stage have changed since the "
+            "sweep began: begin a new one",
+            reason="changed",
+        )
+    tell(text)
+
+
+def _slopes_px(measurements: Sequence[Measurement]) -> list[float]:
+    for measurement in measurements:
+        if measurement.failure is not None:
+            raise TargetError(measurement.failure.message, reason=measurement.failure.reason)
+    return [m.slope_px for m in measurements if m.slope_px is not None]
