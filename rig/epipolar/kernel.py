@@ -17,7 +17,10 @@ def kernel(*, parallel: bool = False, fastmath: bool = False) -> Callable[[Funct
     """
 
     def compile_function(function: Function) -> Function:
-        compiled = numba.njit(nogil=True, cache=True, parallel=parallel, fastmath=fastmath)
+        # Divisions as in numpy (infinite, no exception): a loop that may raise does not vectorise.
+        compiled = numba.njit(
+            nogil=True, cache=True, parallel=parallel, fastmath=fastmath, error_model="numpy"
+        )
         return cast("Function", compiled(function))
 
     return compile_function

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
 from rig.epipolar.kernel import kernel
+from rig.epipolar.sampling import pad, sample_row
 from rig.epipolar.sweep import HALVES, assign_halves
 
 SEEN, HALF_HIDDEN, UNSEEN = 0, 1, 2
@@ -56,16 +57,21 @@ def fit_lines(
         reach_px: largest step that the linearisation can be trusted for, px per view step.
     """
     height, width = slope_px.shape
+    height, width = slope_px.shape
+    views = len(images)
+    padded = pad(images)
     half = assign_halves(x_steps, y_steps)
+    xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
     slope = np.empty((height, width), np.float32)
     information, residual, weight = (np.empty((height, width), np.float32) for _ in range(3))
     sight = np.empty((height, width), np.uint8)
 
     def work(start: int, stop: int) -> None:
+        rows = np.empty((3, views, width), np.float32)
+        sums = np.empty((8, width), np.float32)
         _fit_lines(
-            images, x_steps.astype(np.float32), y_steps.astype(np.float32), half, reference,
-            slope_px, np.float32(scale), np.float32(reach_px), start, stop,
-            slope, information, residual, weight, sight,
+            padded, xs, ys, half, reference, slope_px, np.float32(1 / scale), np.float32(reach_px),
+            start, stop, rows, sums, slope, information, residual, weight, sight,
         )  # fmt: skip
 
     run_in_bands(work, height)
@@ -74,43 +80,44 @@ def fit_lines(
 
 @kernel()
 def _fit_lines(
-    images: NDArray[np.float32],
+    padded: NDArray[np.float32],
     x_steps: NDArray[np.float32],
     y_steps: NDArray[np.float32],
     half: NDArray[np.int32],
     reference: int,
     start_slope: NDArray[np.float32],
-    scale: np.float32,
+    per_scale: np.float32,
     reach: np.float32,
     start: int,
     stop: int,
+    rows: NDArray[np.float32],
+    sums: NDArray[np.float32],
     slope: NDArray[np.float32],
     information: NDArray[np.float32],
     residual: NDArray[np.float32],
     weight: NDArray[np.float32],
     sight: NDArray[np.uint8],
 ) -> None:
-    views, _, width = images.shape
-    grey = np.empty(views, np.float32)
-    tilt = np.empty(views, np.float32)
-    seen = np.empty(views, np.bool_)
-    per_scale = np.float32(1) / scale
+    """Row by row: sample all views, drop hidden halves, sum the normal equations, solve."""
+    grey, tilt, seen = rows[0], rows[1], rows[2]
+    height, width = start_slope.shape
     for v in range(start, stop):
+        for i in range(len(padded)):
+            sample_row(
+                padded[i], height, v, start_slope[v], x_steps[i], y_steps[i], grey[i], tilt[i],
+                seen[i],
+            )  # fmt: skip
+        centre = grey[reference]
+        for i in range(len(padded)):
+            if i != reference:
+                row = grey[i]
+                for u in range(width):
+                    row[u] -= centre[u]
         for u in range(width):
-            m = start_slope[v, u]
-            centre = images[reference, v, u]
-            for i in range(views):
-                seen[i], value, by_x, by_y = _sample(
-                    images[i], np.float32(u - m * x_steps[i]), np.float32(v - m * y_steps[i]),
-                    y_steps[i] == 0, x_steps[i] == 0,
-                )  # fmt: skip
-                grey[i] = value - centre
-                tilt[i] = -(x_steps[i] * by_x + y_steps[i] * by_y)
-            sight[v, u] = _leave_out_hidden(grey, half, per_scale, seen)
-            move, information[v, u], residual[v, u], weight[v, u] = _step(
-                grey, tilt, seen, per_scale, reach
-            )
-            slope[v, u] = m + move
+            centre[u] = np.float32(0)
+        _leave_out_hidden(grey, half, per_scale, seen, sums, sight[v])
+        _sum_up(grey, tilt, seen, per_scale, sums)
+        _step(sums, reach, start_slope[v], slope[v], information[v], residual[v], weight[v])
 
 
 @kernel()
@@ -118,132 +125,97 @@ def _leave_out_hidden(
     grey: NDArray[np.float32],
     half: NDArray[np.int32],
     per_scale: np.float32,
-    seen: NDArray[np.bool_],
-) -> np.uint8:
-    """Unmark the half of an axis that fits much worse than the other; return the sight."""
-    misfit = np.zeros(HALVES, np.float32)
-    members = np.zeros(HALVES, np.float32)
-    for i in range(len(grey)):
-        if seen[i] and half[i] >= 0:
-            misfit[half[i]] += min(abs(grey[i]) * per_scale, np.float32(3))
-            members[half[i]] += np.float32(1)
-    sight = UNSEEN if members.sum() == 0 else SEEN
+    seen: NDArray[np.float32],
+    sums: NDArray[np.float32],
+    sight: NDArray[np.uint8],
+) -> None:
+    """Unmark the half of an axis that fits much worse than the other."""
     for h in range(HALVES):
-        other = h ^ 1
-        if members[h] > 0 and members[other] > 0:
-            mine, theirs = misfit[h] / members[h], misfit[other] / members[other]
-            if mine > np.float32(1) and mine > np.float32(2.5) * theirs:
-                sight = HALF_HIDDEN
-                for i in range(len(grey)):
-                    if half[i] == h:
-                        seen[i] = False
-    return np.uint8(sight)
+        _misfit(grey, half, h, per_scale, seen, sums[2 * h], sums[2 * h + 1])
+    for u in range(grey.shape[1]):
+        any_view = sums[1, u] + sums[3, u] + sums[5, u] + sums[7, u]
+        sight[u] = SEEN if any_view > 0 else UNSEEN
+        for h in range(HALVES):
+            misfit, members = sums[2 * h, u], sums[2 * h + 1, u]
+            other_misfit, others = sums[2 * (h ^ 1), u], sums[2 * (h ^ 1) + 1, u]
+            worse = misfit * others > np.float32(2.5) * other_misfit * members
+            if worse and misfit > members:
+                sight[u] = HALF_HIDDEN
+                for i in range(len(half)):
+                    seen[i, u] *= np.float32(half[i] != h)
+
+
+@kernel()
+def _misfit(
+    grey: NDArray[np.float32],
+    half: NDArray[np.int32],
+    which: int,
+    per_scale: np.float32,
+    seen: NDArray[np.float32],
+    misfit: NDArray[np.float32],
+    members: NDArray[np.float32],
+) -> None:
+    """Sum of the truncated differences to the reference over the views of one half."""
+    limit = np.float32(3)
+    for u in range(len(misfit)):
+        misfit[u] = np.float32(0)
+        members[u] = np.float32(0)
+    for i in range(len(half)):
+        if half[i] == which:
+            g, s = grey[i], seen[i]
+            for u in range(len(misfit)):
+                misfit[u] += s[u] * min(abs(g[u]) * per_scale, limit)
+                members[u] += s[u]
+
+
+@kernel()
+def _sum_up(
+    grey: NDArray[np.float32],
+    tilt: NDArray[np.float32],
+    seen: NDArray[np.float32],
+    per_scale: np.float32,
+    sums: NDArray[np.float32],
+) -> None:
+    """Weighted sums of 1, j, g, jj, jg, gg over the views (j tilt, g grey difference)."""
+    views, width = grey.shape
+    sw, swj, swg, swjj, swjg, swgg = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
+    for u in range(width):
+        sw[u] = swj[u] = swg[u] = swjj[u] = swjg[u] = swgg[u] = np.float32(0)
+    for i in range(views):
+        gs, js, s = grey[i], tilt[i], seen[i]
+        for u in range(width):
+            g, j = gs[u], js[u]
+            t = g * per_scale
+            w = s[u] / (np.float32(1) + t * t)
+            wj, wg = w * j, w * g
+            sw[u] += w
+            swj[u] += wj
+            swg[u] += wg
+            swjj[u] += wj * j
+            swjg[u] += wj * g
+            swgg[u] += wg * g
 
 
 @kernel()
 def _step(
-    grey: NDArray[np.float32],
-    tilt: NDArray[np.float32],
-    seen: NDArray[np.bool_],
-    per_scale: np.float32,
+    sums: NDArray[np.float32],
     reach: np.float32,
-) -> tuple[np.float32, np.float32, np.float32, np.float32]:
-    """Step of the slope, its information, what remains of the squares, and the sum of weights."""
-    sw = swj = swg = swjj = swjg = swgg = np.float32(0)
-    for i in range(len(grey)):
-        if seen[i]:
-            g, j = grey[i], tilt[i]
-            t = g * per_scale
-            w = np.float32(1) / (np.float32(1) + t * t)
-            sw += w
-            swj += w * j
-            swg += w * g
-            swjj += w * j * j
-            swjg += w * j * g
-            swgg += w * g * g
-    information = swjj - swj * swj / sw
-    cross = swjg - swj * swg / sw
-    move = np.float32(0)
-    if information > np.float32(1e-12):
-        move = max(min(-cross / information, reach), -reach)
-    else:
-        information = np.float32(0)
-    rest = swgg - swg * swg / sw + np.float32(2) * move * cross + move * move * information
-    return move, information, max(rest, np.float32(0)), sw
-
-
-def sample_view(
-    image: NDArray[np.float32], x_step: float, y_step: float, slope_px: NDArray[np.float32]
-) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
-    """Where one view shows every reference pixel: whether inside (H, W) and grey value (H, W)."""
-    seen = np.zeros(slope_px.shape, np.bool_)
-    grey = np.zeros(slope_px.shape, np.float32)
-    _sample_view(image, np.float32(x_step), np.float32(y_step), slope_px, seen, grey)
-    return seen, grey
-
-
-@kernel()
-def _sample_view(
-    image: NDArray[np.float32],
-    x_step: np.float32,
-    y_step: np.float32,
+    start_slope: NDArray[np.float32],
     slope: NDArray[np.float32],
-    seen: NDArray[np.bool_],
-    grey: NDArray[np.float32],
+    information: NDArray[np.float32],
+    residual: NDArray[np.float32],
+    weight: NDArray[np.float32],
 ) -> None:
-    height, width = slope.shape
-    for v in range(height):
-        for u in range(width):
-            m = slope[v, u]
-            seen[v, u], grey[v, u], _, _ = _sample(
-                image, np.float32(u - m * x_step), np.float32(v - m * y_step), y_step == 0,
-                x_step == 0,
-            )  # fmt: skip
-
-
-@kernel()
-def _sample(
-    image: NDArray[np.float32], x: np.float32, y: np.float32, on_row: bool, on_column: bool
-) -> tuple[bool, np.float32, np.float32, np.float32]:
-    """Grey value and its two derivatives at (x, y), and whether that lies inside the image."""
-    height, width = image.shape
-    zero = np.float32(0)
-    ix, iy = int(np.floor(x)), int(np.floor(y))
-    if not (0 <= x <= width - 1 and 0 <= y <= height - 1):
-        return False, zero, zero, zero
-    fx, fy = np.float32(x - ix), np.float32(y - iy)
-    if on_row:
-        value, slope = _catmull_rom(
-            image[iy, max(ix - 1, 0)], image[iy, ix], image[iy, min(ix + 1, width - 1)],
-            image[iy, min(ix + 2, width - 1)], fx,
-        )  # fmt: skip
-        return True, value, slope, zero
-    if on_column:
-        value, slope = _catmull_rom(
-            image[max(iy - 1, 0), ix], image[iy, ix], image[min(iy + 1, height - 1), ix],
-            image[min(iy + 2, height - 1), ix], fy,
-        )  # fmt: skip
-        return True, value, zero, slope
-    x0, x1, x2, x3 = max(ix - 1, 0), ix, min(ix + 1, width - 1), min(ix + 2, width - 1)
-    y0, y1, y2, y3 = max(iy - 1, 0), iy, min(iy + 1, height - 1), min(iy + 2, height - 1)
-    v0, d0 = _catmull_rom(image[y0, x0], image[y0, x1], image[y0, x2], image[y0, x3], fx)
-    v1, d1 = _catmull_rom(image[y1, x0], image[y1, x1], image[y1, x2], image[y1, x3], fx)
-    v2, d2 = _catmull_rom(image[y2, x0], image[y2, x1], image[y2, x2], image[y2, x3], fx)
-    v3, d3 = _catmull_rom(image[y3, x0], image[y3, x1], image[y3, x2], image[y3, x3], fx)
-    value, by_y = _catmull_rom(v0, v1, v2, v3, fy)
-    by_x, _ = _catmull_rom(d0, d1, d2, d3, fy)
-    return True, value, by_x, by_y
-
-
-@kernel()
-def _catmull_rom(
-    a: np.float32, b: np.float32, c: np.float32, d: np.float32, t: np.float32
-) -> tuple[np.float32, np.float32]:
-    """Value and derivative at t between b (t = 0) and c (t = 1)."""
-    half = np.float32(0.5)
-    k1 = half * (c - a)
-    k2 = a - np.float32(2.5) * b + np.float32(2) * c - half * d
-    k3 = half * (d - a) + np.float32(1.5) * (b - c)
-    value = b + t * (k1 + t * (k2 + t * k3))
-    slope = k1 + t * (np.float32(2) * k2 + np.float32(3) * t * k3)
-    return value, slope
+    """Solve for slope and grey value; the grey value is eliminated (mean-centred sums)."""
+    for u in range(len(slope)):
+        sw, swj, swg = sums[0, u], sums[1, u], sums[2, u]
+        info = sums[3, u] - swj * swj / sw
+        cross = sums[4, u] - swj * swg / sw
+        known = info > np.float32(1e-12)
+        info = info if known else np.float32(0)
+        move = max(min(-cross / info, reach), -reach) if known else np.float32(0)
+        rest = sums[5, u] - swg * swg / sw + np.float32(2) * move * cross + move * move * info
+        slope[u] = start_slope[u] + move
+        information[u] = info
+        residual[u] = max(rest, np.float32(0))
+        weight[u] = sw

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.aggregate import aggregate, winners
-from rig.epipolar.line import sample_view
+from rig.epipolar.sampling import sample_view
 from rig.epipolar.sweep import sweep_costs
 
 _SHRINK = 4
