@@ -48,6 +48,7 @@ class SweepResult:
             },
             "holdout": _holdout(self.fit) or None,
             "failed_gates": list(self.failed_gates),
+            "times": None if self.times is None else asdict(self.times),
         }
 
     def lines(self) -> list[str]:
@@ -64,7 +65,7 @@ class SweepResult:
             focus = f"{curve.focus_mm:.2f} +- {2.0 * curve.focus_sigma_mm:.2f} mm (k=2)"
         lines.append(f"curve {self.curve_id}: {curve.model}, focus distance {focus}")
         lines += [f"note: {warning}" for warning in self.fit.warnings]
-        if self.times is not None and self.times.total_s is not None:
+        if self.times is not None:
             lines.append(self.times.line())
         lines.append(f"sweep {self.sweep_id} in {self.database}")
         lines.append(f"report: {self.report}")

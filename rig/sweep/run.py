@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from rig.database import Measurement, SampleKey, Store, software_versions
+from rig.devices import SystemClock
 from rig.errors import ConfigError, RigError, TargetError
 from rig.hardware import Hardware
 from rig.interrupts import Interrupts
@@ -151,7 +152,7 @@ def _take_all(
     for sample in stored:
         done.setdefault(sample.stop.index, set()).add(sample.number)
     measured = store.measurements(sweep_id)
-    times = SweepTimes()
+    times = SweepTimes(is_simulated=not isinstance(hardware.clock, SystemClock))
     count = first = len(stored)
     begun_s = hardware.clock.now_s()
     with MeasuringThread(job.profile) as measuring:

@@ -30,6 +30,8 @@ class SweepTimes:
     exposures_s: float = 0.0
     total_s: float | None = None
     """From the first move until everything was measured."""
+    is_simulated: bool = False
+    """Whether the clock ran as fast as the computer could; then no ratio means anything."""
 
     @property
     def needed_s(self) -> float:
@@ -42,6 +44,8 @@ class SweepTimes:
             f"moves {self.moves_s:.1f} s + settling {self.settling_s:.1f} s + exposures "
             f"{self.exposures_s:.1f} s = {self.needed_s:.1f} s"
         )
+        if self.is_simulated:
+            return f"{parts} of simulated time"
         if self.total_s is None or self.needed_s <= 0.0:
             return parts
         times = self.total_s / self.needed_s

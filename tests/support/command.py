@@ -7,8 +7,6 @@ from typing import Any
 
 import pytest
 
-from rig.cli import main
-
 
 @dataclass(frozen=True, slots=True)
 class Answer:
@@ -33,6 +31,8 @@ class Command:
 
     def __call__(self, *arguments: str | float) -> Answer:
         """Run `rig ARGUMENTS...`."""
+        from rig.cli import main  # the verbs are needed by the tests of the command line only
+
         self._monkeypatch.setattr(sys, "argv", ["rig", *map(str, arguments)])
         with pytest.raises(SystemExit) as ended:
             main()
