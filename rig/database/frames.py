@@ -14,6 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime
 from pathlib import Path
 from typing import cast
+from uuid import uuid4
 
 import cv2
 import numpy as np
@@ -48,7 +49,7 @@ class FrameWriter:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._beside = folder.with_name(f".{folder.name}.{os.getpid()}.tmp")
+        self._beside = folder.with_name(f".{folder.name}.{uuid4().hex}.tmp")
 
     def __enter__(self) -> "FrameWriter":
         return self
@@ -63,8 +64,6 @@ class FrameWriter:
             StoreError: the disk is full, read-only or gone.
         """
         with explained("write frames", self._folder):
-            if self._beside.exists():  # of a program with our number that was killed
-                shutil.rmtree(self._beside)
             self._beside.mkdir(parents=True)
             with ThreadPoolExecutor(max_workers=min(4, len(multiview.frames))) as pool:
                 stored = tuple(pool.map(self._write_one, multiview.frames))

@@ -137,7 +137,7 @@ def active_curve_row(session: Session, rig: str) -> CurveRow:
 def history_rows(session: Session) -> tuple[HistoryRow, ...]:
     """Return every sweep, oldest first, with how far it came and its newest curve."""
     stops = select(StopRow.sweep_id, func.count()).group_by(StopRow.sweep_id)
-    planned = dict(session.execute(stops).tuples().all())
+    planned = dict(iter(session.execute(stops)))
     taken: dict[int, list[int]] = {}
     for sweep_id, count in session.execute(
         select(SampleRow.sweep_id, func.count()).group_by(SampleRow.sweep_id, SampleRow.stop)

@@ -5,7 +5,7 @@ import sqlite3
 from collections.abc import Generator
 from contextlib import contextmanager
 
-from sqlalchemy.exc import DBAPIError, SQLAlchemyError
+from sqlalchemy.exc import SQLAlchemyError, StatementError
 
 from rig.errors import StoreError
 
@@ -55,7 +55,7 @@ def explained(doing: str, place: object) -> Generator[None]:
 
 
 def _found_by_database(error: SQLAlchemyError) -> str:
-    cause = error.orig if isinstance(error, DBAPIError) else error
+    cause = error.orig if isinstance(error, StatementError) else error
     if isinstance(cause, sqlite3.Error):
         # Errors of the module itself, not of the library below it, carry no name.
         name = getattr(cause, "sqlite_errorname", "")

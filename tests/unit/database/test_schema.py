@@ -1,0 +1,164 @@
+"""The tables: made by migrations, the same as declared, and never touched when they are newer."""
+
+import sqlite3
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+from alembic.config import Config
+from alembic.script import ScriptDirectory
+from sqlalchemy import create_engine
+from sqlalchemy.dialects import postgresql
+from sqlalchemy.schema import CreateTable
+
+from rig.database import open_store
+from rig.database.schema import MIGRATIONS, REVISIONS
+from rig.database.tables import Row
+from rig.errors import StoreError
+from tests.support.stores import new_sweep, sqlite_url
+
+
+def statements(file: Path) -> dict[str, list[str]]:
+    """Return, by name, the lines that made each table and index of rig, in any order."""
+    with sqlite3.connect(file) as connection:
+        made = connection.execute(
+            "SELECT name, sql FROM sqlite_master WHERE sql NOTNULL AND name <> 'alembic_version'"
+        ).fetchall()
+    connection.close()
+    return {
+        name: sorted(line.strip().rstrip(",") for line in sql.splitlines()) for name, sql in made
+    }
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+
+
+def test_migrations_make_exactly_the_declared_tables(tmp_path: Path) -> None:
+    open_store(sqlite_url(tmp_path)).close()
+    declared = tmp_path / "declared.sqlite"
+    engine = create_engine(f"sqlite:///{declared}")
+    Row.metadata.create_all(engine)
+    engine.dispose()
+    made = statements(tmp_path / "rig.sqlite")
+    assert made == statements(declared)
+    assert {"sweeps", "stops", "samples", "frames", "measurements", "curves"} <= set(made)
+
+
+def test_the_program_knows_every_migration() -> None:
+    config = Config()
+    config.set_main_option("script_location", str(MIGRATIONS))
+    config.set_main_option("path_separator", "os")
+    script = ScriptDirectory.from_config(config)
+    newest_first = [revision.revision for revision in script.walk_revisions()]
+    assert tuple(reversed(newest_first)) == REVISIONS
+
+
+def test_other_databases_keep_every_digit_too() -> None:
+    for table in Row.metadata.sorted_tables:
+        made = str(CreateTable(table).compile(dialect=postgresql.dialect()))
+        assert " REAL" not in made
+        assert " FLOAT" not in made
+    samples = str(CreateTable(Row.metadata.tables["samples"]).compile(dialect=postgresql.dialect()))
+    assert "reached_mm DOUBLE PRECISION NOT NULL" in samples
+
+
+def test_a_database_is_careful(tmp_path: Path) -> None:
+    open_store(sqlite_url(tmp_path)).close()
+    connection = sqlite3.connect(tmp_path / "rig.sqlite")
+    assert connection.execute("PRAGMA journal_mode").fetchone() == ("wal",)
+    connection.close()
+
+
+def test_a_folder_with_odd_signs_is_no_obstacle(tmp_path: Path) -> None:
+    folder = tmp_path / "100 % größer" / "new"
+    with open_store(sqlite_url(folder)) as store:
+        assert new_sweep(store) == 1
+
+
+def test_a_current_database_opens_without_the_migration_tool(tmp_path: Path) -> None:
+    open_store(sqlite_url(tmp_path)).close()
+    program = (
+        "import sys; from rig.database import open_store; "
+        f"open_store({sqlite_url(tmp_path)!r}).close(); assert 'alembic' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def test_several_programs_may_make_the_database_at_once(tmp_path: Path) -> None:
+    count = 3
+    start = threading.Barrier(count)
+    failed: list[BaseException] = []
+
+    def make() -> None:
+        start.wait()
+        try:
+            with open_store(sqlite_url(tmp_path)) as store:
+                new_sweep(store)
+        except BaseException as error:
+            failed.append(error)
+
+    threads = [threading.Thread(target=make) for _ in range(count)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failed
+    with open_store(sqlite_url(tmp_path)) as store:
+        assert [row.id for row in store.sweeps()] == [1, 2, 3]
+
+
+def test_a_newer_database_is_left_as_it_is(tmp_path: Path) -> None:
+    with open_store(sqlite_url(tmp_path)) as store:
+        new_sweep(store)
+    connection = sqlite3.connect(tmp_path / "rig.sqlite")
+    connection.execute("UPDATE alembic_version SET version_num = 'rig_0099'")
+    connection.execute("ALTER TABLE sweeps ADD COLUMN humidity_pct REAL")
+    connection.commit()
+    connection.close()
+    before = contents(tmp_path)
+    with pytest.raises(
+        StoreError, match=r"schema rig_0099, this rig knows up to rig_0001; upgrade rig"
+    ) as refused:
+        open_store(sqlite_url(tmp_path))
+    assert "\n" not in str(refused.value)
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("versioned", [False, True])
+def test_a_database_of_another_program_is_left_as_it_is(tmp_path: Path, versioned: bool) -> None:
+    connection = sqlite3.connect(tmp_path / "rig.sqlite")
+    connection.execute("CREATE TABLE recipes (id INTEGER)")
+    if versioned:
+        connection.execute("CREATE TABLE alembic_version (version_num TEXT)")
+        connection.execute("INSERT INTO alembic_version VALUES ('0001')")
+    connection.commit()
+    connection.close()
+    before = contents(tmp_path)
+    with pytest.raises(StoreError, match=r"recipes.* of another program; choose another"):
+        open_store(sqlite_url(tmp_path))
+    assert contents(tmp_path) == before
+
+
+def test_a_file_that_is_no_database_is_left_as_it_is(tmp_path: Path) -> None:
+    (tmp_path / "rig.sqlite").write_bytes(b"my thesis, the only copy\n" * 400)
+    before = contents(tmp_path)
+    with pytest.raises(StoreError, match=r"rig\.sqlite: .*the file is no SQLite database"):
+        open_store(sqlite_url(tmp_path))
+    assert contents(tmp_path) == before
+
+
+def test_a_folder_is_no_database(tmp_path: Path) -> None:
+    (tmp_path / "rig.sqlite").mkdir()
+    with pytest.raises(StoreError, match="cannot open the database: it cannot be opened"):
+        open_store(sqlite_url(tmp_path))
+
+
+def test_unknown_kinds_of_database_are_named() -> None:
+    with pytest.raises(StoreError, match="no such kind of database: abacus"):
+        open_store("abacus://me:geheim@bench/rig")
+    with pytest.raises(StoreError, match="driver cx_Oracle is not installed") as refused:
+        open_store("oracle+cx_oracle://me:geheim@bench/rig")
+    assert "geheim" not in str(refused.value)
