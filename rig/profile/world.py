@@ -71,11 +71,19 @@ class CarriageConfig(Model):
     """Its frequency."""
     ring_decay_s: Positive = 0.06
     """Time in which it falls to 1/e."""
+    slip_mm: NotNegative = 0.7
+    """How far the motor loses its place when it is stopped dead in motion."""
+    has_switch: bool = True
+    """Whether the reference switch works; homing fails without it."""
 
 
 class FirmwareConfig(Model):
     """Settings of the simulated controller."""
 
+    axis: Literal["X", "Y", "Z"] = "X"
+    """The axis that carries the board; the others turn no motor."""
+    boot_s: NotNegative = 1.6
+    """Time from opening the port, which resets the board, to the banner."""
     max_rate_mm_s: Positive = 100.0
     """Fastest motion."""
     acceleration_mm_s2: Positive = 400.0
@@ -84,8 +92,18 @@ class FirmwareConfig(Model):
     """Soft-limit travel; machine coordinates run from -travel to 0."""
     pull_off_mm: Positive = 2.0
     """Distance from the switch at which homing ends."""
+    homing: bool = True
+    """Whether the controller homes, and is locked until it has."""
     homing_mm_s: Positive = 100.0
     """Speed of the search for the switch."""
+    homing_locate_mm_s: Positive = 5.0
+    """Speed of the second, slow approach to it."""
+    homing_pause_s: NotNegative = 0.25
+    """Pause after each part of homing."""
+    soft_limits: bool = True
+    """Whether moves beyond the travel are refused."""
+    hard_limits: bool = False
+    """Whether the closing switch stops everything."""
     steps_per_mm: Positive = 400.0
     """Resolution of the motor."""
 

@@ -1,0 +1,186 @@
+"""What GRBL 1.1 says, as values: pure functions from one line of text.
+
+Source: GRBL v1.1 interface documentation and the tables of its error and alarm codes.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+AXES = "XYZ"
+
+
+@dataclass(frozen=True, slots=True)
+class Ok:
+    """A line was taken; a motion is queued, not done."""
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """`error:N`: a line was not taken."""
+
+    code: int
+
+
+@dataclass(frozen=True, slots=True)
+class Alarm:
+    """`ALARM:N`: everything has stopped."""
+
+    code: int
+
+
+@dataclass(frozen=True, slots=True)
+class Banner:
+    """The controller has just started or been reset."""
+
+    version: str
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """One line of `$$`."""
+
+    number: int
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """`[KIND:text]`, such as build information."""
+
+    kind: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """A status report; positions in mm for the axes X, Y, Z."""
+
+    state: str
+    """Idle, Run, Jog, Hold:0, Hold:1, Home, Alarm, ..."""
+    machine_mm: tuple[float, ...] | None
+    work_mm: tuple[float, ...] | None
+    """Given instead of machine coordinates where $10 says so."""
+    offset_mm: tuple[float, ...] | None
+    """Machine minus work coordinates; comes only now and then."""
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """A line that GRBL 1.1 would not say."""
+
+    text: str
+
+
+Reply = Ok | Refused | Alarm | Banner | Setting | Message | Status | Noise
+
+_REFUSED = re.compile(r"error:(\d{1,3})")
+_ALARM = re.compile(r"ALARM:(\d{1,3})")
+_BANNER = re.compile(r"Grbl (\d+\.\d+\w*) \['\$' for help\]")
+_SETTING = re.compile(r"\$(\d{1,3})=(-?\d{1,9}(?:\.\d{1,6})?)(?: \(.*\))?")
+_MESSAGE = re.compile(r"\[([A-Za-z0-9]{1,8}):(.*)\]")
+_STATUS = re.compile(r"<([A-Z][a-z]+(?::\d)?)((?:\|[A-Za-z]+:[^|<>]*)*)>")
+_POSITION = re.compile(r"-?\d{1,6}\.\d{3}")
+
+
+def parse_reply(line: str) -> Reply:
+    """Return what a line means; anything that is not GRBL is `Noise`, never an exception."""
+    if line == "ok":
+        return Ok()
+    if found := _REFUSED.fullmatch(line):
+        return Refused(int(found[1]))
+    if found := _ALARM.fullmatch(line):
+        return Alarm(int(found[1]))
+    if found := _BANNER.fullmatch(line):
+        return Banner(found[1])
+    if found := _SETTING.fullmatch(line):
+        return Setting(int(found[1]), float(found[2]))
+    if found := _MESSAGE.fullmatch(line):
+        return Message(found[1], found[2])
+    if found := _STATUS.fullmatch(line):
+        return _status(found[1], found[2]) or Noise(line)
+    return Noise(line)
+
+
+def _status(state: str, fields: str) -> Status | None:
+    """Read the fields by key, in any order; None if a position is damaged or none is there."""
+    vectors: dict[str, tuple[float, ...]] = {}
+    for field in fields.split("|")[1:]:
+        key, _, text = field.partition(":")
+        if key in {"MPos", "WPos", "WCO"}:
+            values = text.split(",")
+            if key in vectors or len(values) < len(AXES):
+                return None
+            if not all(_POSITION.fullmatch(value) for value in values):
+                return None
+            vectors[key] = tuple(float(value) for value in values)
+    if ("MPos" in vectors) == ("WPos" in vectors):
+        return None
+    return Status(state, vectors.get("MPos"), vectors.get("WPos"), vectors.get("WCO"))
+
+
+def machine_range_mm(settings: Mapping[int, float], options: str, axis: int) -> tuple[float, float]:
+    """Return the machine coordinates that the controller's soft limits allow on an axis.
+
+    Args:
+        settings: the values of `$$`.
+        options: the letters of `[OPT:...]`; `Z` means that homing sets machine zero.
+        axis: 0 for X, 1 for Y, 2 for Z.
+    """
+    travel_mm = settings[130 + axis]
+    if "Z" in options and _homes_to_negative(settings, axis):
+        return 0.0, travel_mm
+    return -travel_mm, 0.0
+
+
+def home_mm(settings: Mapping[int, float], options: str, axis: int) -> float:
+    """Return the machine coordinate at which homing ends."""
+    if "Z" in options:
+        return 0.0
+    if _homes_to_negative(settings, axis):
+        return settings[27] - settings[130 + axis]
+    return -settings[27]
+
+
+def _homes_to_negative(settings: Mapping[int, float], axis: int) -> bool:
+    return bool(int(settings[23]) >> axis & 1)
+
+
+_ALARMS = {
+    1: "a limit switch was hit; clear the way, then home",
+    2: "the move would have left the controller's soft limits; home, and check $130 and the travel",
+    3: "reset while in motion, the position is lost; home again",
+    4: "probe in the wrong state; no probe is used here, check the wiring",
+    5: "probe found nothing; no probe is used here, check the wiring",
+    6: "homing was interrupted by a reset; home again",
+    7: "the safety door was opened during homing; close it and home again",
+    8: "the limit switch did not open again after pull-off; raise $27 or check the switch",
+    9: "no limit switch was found; check the switch, its wiring and the homing direction ($23)",
+}
+
+_REFUSALS = {
+    1: "a word did not begin with a letter",
+    2: "a number could not be read",
+    3: "unknown $ command",
+    5: "homing is off; set $22=1",
+    8: "the controller is not idle",
+    9: "the controller is locked by an alarm; home first",
+    10: "soft limits need homing; set $22=1",
+    11: "the line was too long",
+    13: "the safety door is open; close it",
+    15: "the target is outside the controller's travel; check $130 and the profile's travel_mm",
+    16: "not a valid jog",
+    20: "an unknown G-code word",
+    22: "no feed rate",
+    33: "not a valid target",
+}
+
+
+def alarm_text(code: int) -> str:
+    """Say what an alarm means and what to do."""
+    return f"ALARM:{code}: {_ALARMS.get(code, 'unknown alarm; reset and home again')}"
+
+
+def refusal_text(code: int) -> str:
+    """Say why a line was refused."""
+    return f"error:{code}: {_REFUSALS.get(code, 'see the GRBL documentation')}"

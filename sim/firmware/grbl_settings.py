@@ -1,0 +1,112 @@
+"""The numbered settings (`$$`) of GRBL 1.1."""
+
+from dataclasses import dataclass
+
+from rig.profile import FirmwareConfig
+
+AXES = "XYZ"
+
+NEGATIVE_VALUE = 4
+STEP_PULSE_TOO_SHORT = 6
+INVALID_STATEMENT = 3
+SETTING_DISABLED = 5
+SOFT_LIMITS_NEED_HOMING = 10
+
+_DEFAULTS: dict[int, float] = {
+    0: 10, 1: 25, 2: 0, 3: 0, 4: 0, 5: 0, 6: 0, 10: 1, 11: 0.010, 12: 0.002, 13: 0,
+    20: 0, 21: 0, 22: 0, 23: 0, 24: 25.0, 25: 500.0, 26: 250, 27: 1.0, 30: 1000, 31: 0, 32: 0,
+    100: 250.0, 101: 250.0, 102: 250.0, 110: 500.0, 111: 500.0, 112: 500.0,
+    120: 10.0, 121: 10.0, 122: 10.0, 130: 200.0, 131: 200.0, 132: 200.0,
+}  # fmt: skip
+_WITH_DECIMALS = frozenset(n for n in _DEFAULTS if n in {11, 12, 24, 25, 27} or n >= 100)
+
+
+@dataclass(slots=True)
+class GrblSettings:
+    """Values by number; they survive every reset, as in the EEPROM."""
+
+    values: dict[int, float]
+
+    @classmethod
+    def of(cls, config: FirmwareConfig) -> "GrblSettings":
+        """Return the settings of a configured controller."""
+        axis = AXES.index(config.axis)
+        return cls(
+            _DEFAULTS
+            | {
+                20: float(config.soft_limits and config.homing),
+                21: float(config.hard_limits),
+                22: float(config.homing),
+                24: config.homing_locate_mm_s * 60.0,
+                25: config.homing_mm_s * 60.0,
+                26: round(config.homing_pause_s * 1e3),
+                27: config.pull_off_mm,
+                100 + axis: config.steps_per_mm,
+                110 + axis: config.max_rate_mm_s * 60.0,
+                120 + axis: config.acceleration_mm_s2,
+                130 + axis: config.travel_mm,
+            }
+        )
+
+    def lines(self) -> list[str]:
+        """Return the answer to `$$`."""
+        return [
+            f"${number}={value:.3f}" if number in _WITH_DECIMALS else f"${number}={value:.0f}"
+            for number, value in sorted(self.values.items())
+        ]
+
+    def store(self, number: float, value: float) -> int:
+        """Write one setting; returns the error code, 0 when it was taken."""
+        if number != int(number) or int(number) not in self.values:
+            return INVALID_STATEMENT
+        if value < 0.0:
+            return NEGATIVE_VALUE
+        key = int(number)
+        if key == 0 and value < 3:
+            return STEP_PULSE_TOO_SHORT
+        if key == 20 and value and not self.homing:
+            return SOFT_LIMITS_NEED_HOMING
+        self.values[key] = value if key in _WITH_DECIMALS else float(int(value))
+        if key == 22 and not value:
+            self.values[20] = 0.0
+        return 0
+
+    @property
+    def homing(self) -> bool:
+        """$22."""
+        return bool(self.values[22])
+
+    @property
+    def soft_limits(self) -> bool:
+        """$20."""
+        return bool(self.values[20])
+
+    @property
+    def hard_limits(self) -> bool:
+        """$21."""
+        return bool(self.values[21])
+
+    @property
+    def in_inches(self) -> bool:
+        """$13: reports in inches."""
+        return bool(self.values[13])
+
+    def steps_per_mm(self, axis: int) -> float:
+        """$100 and following."""
+        return self.values[100 + axis]
+
+    def max_rate_mm_s(self, axis: int) -> float:
+        """$110 and following, which are in mm per minute."""
+        return self.values[110 + axis] / 60.0
+
+    def acceleration_mm_s2(self, axis: int) -> float:
+        """$120 and following."""
+        return self.values[120 + axis]
+
+    def max_travel_mm(self, axis: int) -> float:
+        """$130 and following."""
+        return self.values[130 + axis]
+
+    def exceeds_travel(self, target_mm: tuple[float, ...]) -> bool:
+        """Whether a target lies outside machine coordinates -travel to 0 of any axis."""
+        return any(t > 0.0 or t < -self.max_travel_mm(i) for i, t in enumerate(target_mm))
