@@ -57,7 +57,10 @@ def fit_board_slope(
     lines = _Lines(coefficients, x_steps, y_steps, centre_px)
     pixels = lines.edges(outline_px, tracks.plane, reference)
     fit = _gauss_newton(lines, pixels, tracks.plane)
-    _stays_at_start(fit, tracks, board.side_px, views)
+    # A checkerboard repeats along its diagonals, after sqrt(2) squares.
+    longest = float(np.hypot(x_steps, y_steps).max())
+    period_px = float(np.sqrt(2)) * board.side_px / longest
+    _stays_at_start(fit, tracks, period_px)
     covariance = _covariance(lines, pixels, fit)
     a, b, c = (float(number) for number in fit.plane)
     return BoardSlope(
@@ -72,6 +75,7 @@ def fit_board_slope(
         residual=fit.residual,
         edge_pixels=pixels.shape[1],
         side_px=board.side_px,
+        period_px=period_px,
         outline_px=outline_px,
         views=tuple(used),
         gains=tuple(float(gain) for gain in fit.gains),
@@ -252,12 +256,11 @@ def _covariance(lines: _Lines, pixels: Float, fit: _Fit) -> Float:
     return bread @ score @ bread * fit.variance
 
 
-def _stays_at_start(fit: _Fit, tracks: CornerPlane, side_px: float, views: RectifiedViews) -> None:
+def _stays_at_start(fit: _Fit, tracks: CornerPlane, period_px: float) -> None:
     """Refuse a fit that has left the period of the board in which the corners put it."""
-    longest = float(max(np.ptp(views.x_steps), np.ptp(views.y_steps)))
-    moved, allowed = abs(float(fit.plane[0] - tracks.plane[0])), side_px / longest / 4
-    if not moved < allowed:
+    moved = abs(float(fit.plane[0] - tracks.plane[0]))
+    if not moved < period_px / 4:
         raise SlopeError(
-            f"line fit of the board moved {moved:.3f} px per step from its corners, "
-            f"{allowed:.3f} px is a quarter of a square; look for motion or glare"
+            f"line fit of the board moved {moved:.3f} px per step from its corners, more than a "
+            f"quarter of the board's period of {period_px:.3f} px; look for motion or glare"
         )

@@ -40,6 +40,8 @@ class BoardSlope:
     """Pixels of the reference view that took part."""
     side_px: float
     """Median side of a square in the reference view."""
+    period_px: float
+    """Least change of slope, px per step, that lays the pattern onto itself in some pair."""
     outline_px: Float
     """(4, 2) polygon in the reference view within which edges belong to the board."""
     views: tuple[int, ...]

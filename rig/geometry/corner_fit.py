@@ -9,7 +9,13 @@ from scipy.special import erf
 Float = NDArray[np.float64]
 
 _PARAMETERS = 7  # x, y, two edge angles, blur, middle grey, half contrast
-_STEPS = 5
+_STEPS = 6
+_SETTLED_PX = 2e-3
+"""Changes shrink quadratically: after this one nothing is left to gain."""
+_START_BLUR_PX = 1.0
+_LARGEST_CHANGE = np.array([1.0, 1.0, 0.3, 0.3, 0.6, np.inf, np.inf])
+_ROOM_PX = 2.0
+"""Kept between the window and the next edge, for its blur."""
 _SMALLEST_RADIUS_PX = 2.5
 _LARGEST_RADIUS_PX = 7.0
 _MIN_BLUR_PX = 0.3
@@ -44,100 +50,125 @@ def fit_crossings(
             nothing but the sign of the contrast.
         clear_px: (N,) distance to the nearest other edge.
     """
-    count = len(xy_px)
-    radius = np.clip(clear_px - 2.0, _SMALLEST_RADIUS_PX, _LARGEST_RADIUS_PX)
-    reach = int(np.ceil(radius.max(initial=_SMALLEST_RADIUS_PX))) + 2
-    offset = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)[::-1].T
+    radius = np.clip(clear_px - _ROOM_PX, _SMALLEST_RADIUS_PX, _LARGEST_RADIUS_PX)
+    reach = int(np.ceil(radius.max(initial=_SMALLEST_RADIUS_PX))) + 1
+    offset = _disc(reach)
     base = np.round(xy_px).astype(np.intp)
     height, width = picture.shape
     x, y = base.T
     inside = (x >= reach) & (x < width - reach) & (y >= reach) & (y < height - reach)
-    base_in = np.where(inside[:, None], base, reach)
-    pixel = base_in[:, None] + offset
-    grey = picture[pixel[..., 1] % height, pixel[..., 0] % width].astype(np.float64)
+    column, row = (np.where(inside[:, None], base, reach)[:, None] + offset).transpose(2, 0, 1)
+    window = _Window(picture[row, column], offset.astype(np.float32), radius)
 
-    value = np.zeros((count, _PARAMETERS))
+    value = np.zeros((len(xy_px), _PARAMETERS))
     value[:, :2] = xy_px - base
     value[:, 2:4] = np.arctan2(axes[..., 1], axes[..., 0])
-    value[:, 4] = 1.0
-    sigma_px = np.full(count, np.nan)
-    for step in range(_STEPS):
-        weight = np.clip(radius[:, None] + 0.5 - _distance(offset, value), 0, 1)
-        first, second = _edges(offset, value)
-        shape = first.value * second.value
-        if step < 2:
-            # The grey levels are linear: solve them outright before the rest follows.
-            value[:, 5:] = _levels(grey, shape, weight)
-        jacobian = _jacobian(first, second, value)
-        residual = grey - value[:, 5, None] - value[:, 6, None] * shape
-        weighted = jacobian * weight[:, None]
-        normal = weighted @ jacobian.transpose(0, 2, 1)
-        scale = np.sqrt(np.maximum(np.einsum("nkk->nk", normal), 1e-12))
-        normal = normal / scale[:, :, None] / scale[:, None] + 1e-9 * np.eye(_PARAMETERS)
-        wanted = np.einsum("nkp,np->nk", weighted, residual) / scale
-        change = np.linalg.solve(normal, wanted[..., None])[..., 0] / scale
-        change[:, :2] = np.clip(change[:, :2], -1, 1)
-        change[:, 2:4] = np.clip(change[:, 2:4], -0.3, 0.3)
-        change[:, 4] = np.clip(change[:, 4], -0.5, 0.7)
-        value = value + change
+    value[:, 4] = _START_BLUR_PX
+    value[:, 5:] = window.levels(value)
+    sigma_px = np.full(len(value), np.nan)
+    for _ in range(_STEPS):
+        change, sigma_px = window.step(value)
+        value = value + np.clip(change, -_LARGEST_CHANGE, _LARGEST_CHANGE)
         value[:, 4] = np.maximum(value[:, 4], _MIN_BLUR_PX)
-        spare = np.maximum(weight.sum(axis=1) - _PARAMETERS, 1)
-        variance = (weight * residual**2).sum(axis=1) / spare
-        position = np.einsum("nkk->nk", np.linalg.inv(normal))[:, :2] / scale[:, :2] ** 2
-        sigma_px = np.sqrt(variance * position.mean(axis=1))
-    moved = np.abs(base + value[:, :2] - xy_px).max(axis=1, initial=0)
+        if np.abs(change[:, :2]).max(initial=0) < _SETTLED_PX:
+            break
+    found = base + value[:, :2]
+    moved = np.abs(found - xy_px).max(axis=1, initial=0)
     good = inside & (moved < np.maximum(2.0, 0.3 * clear_px)) & np.isfinite(value).all(axis=1)
     return CrossingFit(
-        np.where(good[:, None], base + value[:, :2], np.nan),
+        np.where(good[:, None], found, np.nan),
         np.where(good, sigma_px, np.nan),
         value[:, 4],
         2 * value[:, 6],
     )
 
 
+def _disc(reach: int) -> NDArray[np.intp]:
+    """(P, 2) offsets (x, y) of the pixels within a radius."""
+    y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1]
+    near = np.hypot(x, y) <= reach
+    return np.stack([x[near], y[near]], axis=-1)
+
+
+@dataclass(frozen=True, slots=True)
+class _Window:
+    """The P pixels around each of N corners."""
+
+    grey: NDArray[np.float32]
+    """(N, P)."""
+    offset: NDArray[np.float32]
+    """(P, 2) from the corner's nearest pixel."""
+    radius: Float
+    """(N,) px."""
+
+    def weight(self, value: Float) -> NDArray[np.float32]:
+        """One inside the radius about the estimate, fading to zero over a pixel."""
+        apart = self.offset - value[:, None, :2].astype(np.float32)
+        far = np.hypot(apart[..., 0], apart[..., 1])
+        return np.clip(self.radius[:, None].astype(np.float32) + np.float32(0.5) - far, 0, 1)
+
+    def levels(self, value: Float) -> Float:
+        """(N, 2) middle grey and half contrast by linear least squares."""
+        first, second = _edge(self.offset, value, 2), _edge(self.offset, value, 3)
+        shape, weight = first.value * second.value, self.weight(value)
+        total = weight.sum(axis=1)
+        mean_grey = (weight * self.grey).sum(axis=1) / total
+        mean_shape = (weight * shape).sum(axis=1) / total
+        apart = shape - mean_shape[:, None]
+        power = np.maximum((weight * apart**2).sum(axis=1), 1e-6)
+        half = (weight * apart * self.grey).sum(axis=1) / power
+        return np.stack([mean_grey - half * mean_shape, half], axis=-1).astype(np.float64)
+
+    def step(self, value: Float) -> tuple[Float, Float]:
+        """(N, parameters) Gauss-Newton change, and (N,) sigma of the position before it."""
+        weight = self.weight(value)
+        model, jacobian = _model(self.offset, value)
+        residual = self.grey - model
+        weighted = jacobian * weight[:, None]
+        normal = (weighted @ jacobian.transpose(0, 2, 1)).astype(np.float64)
+        scale = np.sqrt(np.maximum(np.einsum("nkk->nk", normal), 1e-12))
+        normal = normal / scale[:, :, None] / scale[:, None] + 1e-9 * np.eye(_PARAMETERS)
+        inverse = np.linalg.inv(normal)
+        wanted = (weighted @ residual[..., None])[..., 0] / scale
+        change = (inverse @ wanted[..., None])[..., 0] / scale
+        spare = np.maximum(weight.sum(axis=1) - _PARAMETERS, 1)
+        variance = (weight * residual**2).sum(axis=1) / spare
+        position = np.einsum("nkk->nk", inverse)[:, :2] / scale[:, :2] ** 2
+        return change, np.sqrt(variance * position.mean(axis=1))
+
+
 @dataclass(frozen=True, slots=True)
 class _Edge:
-    value: Float
-    slope: Float
-    along: Float
-    across: Float
-    normal: Float
+    """One edge at the N x P pixels: its profile and where they lie."""
+
+    value: NDArray[np.float32]
+    slope: NDArray[np.float32]
+    along: NDArray[np.float32]
+    across: NDArray[np.float32]
+    normal: NDArray[np.float32]
 
 
-def _distance(offset: NDArray[np.intp], value: Float) -> Float:
-    apart = offset[None] - value[:, None, :2]
-    return np.hypot(apart[..., 0], apart[..., 1])
-
-
-def _edges(offset: NDArray[np.intp], value: Float) -> tuple[_Edge, _Edge]:
-    return _edge(offset, value, 2), _edge(offset, value, 3)
-
-
-def _edge(offset: NDArray[np.intp], value: Float, which: int) -> _Edge:
-    angle, blur = value[:, which, None], value[:, 4, None]
-    x, y = (offset[None] - value[:, None, :2]).transpose(2, 0, 1)
+def _edge(offset: NDArray[np.float32], value: Float, which: int) -> _Edge:
+    place = value.astype(np.float32)
+    angle, blur = place[:, which, None], place[:, 4, None]
+    x, y = (offset - place[:, None, :2]).transpose(2, 0, 1)
     normal = np.concatenate([-np.sin(angle), np.cos(angle)], axis=1)
     across = x * normal[:, :1] + y * normal[:, 1:]
     along = x * normal[:, 1:] - y * normal[:, :1]
-    scaled = across / (np.sqrt(2) * blur)
-    slope = np.sqrt(2 / np.pi) / blur * np.exp(-(scaled**2))
+    scaled = across / (np.float32(np.sqrt(2)) * blur)
+    slope = np.float32(np.sqrt(2 / np.pi)) / blur * np.exp(-(scaled**2))
     return _Edge(erf(scaled), slope, along, across, normal)
 
 
-def _levels(grey: Float, shape: Float, weight: Float) -> Float:
-    total = weight.sum(axis=1)
-    mean_grey = (weight * grey).sum(axis=1) / total
-    mean_shape = (weight * shape).sum(axis=1) / total
-    apart = shape - mean_shape[:, None]
-    half = (weight * apart * grey).sum(axis=1) / np.maximum((weight * apart**2).sum(axis=1), 1e-9)
-    return np.stack([mean_grey - half * mean_shape, half], axis=-1)
-
-
-def _jacobian(first: _Edge, second: _Edge, value: Float) -> Float:
-    """(N, parameters, pixels) derivatives of the model."""
-    half, blur = value[:, 6, None], value[:, 4, None]
+def _model(
+    offset: NDArray[np.float32], value: Float
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Grey levels (N, P) and their derivatives (N, parameters, P)."""
+    first, second = _edge(offset, value, 2), _edge(offset, value, 3)
+    blur, middle, half = value[:, 4:, None].astype(np.float32).transpose(1, 0, 2)
+    shape = first.value * second.value
     one, two = half * first.slope * second.value, half * second.slope * first.value
-    return np.stack(
+    jacobian = np.stack(
         [
             -one * first.normal[:, :1] - two * second.normal[:, :1],
             -one * first.normal[:, 1:] - two * second.normal[:, 1:],
@@ -145,7 +176,8 @@ def _jacobian(first: _Edge, second: _Edge, value: Float) -> Float:
             -two * second.along,
             -(one * first.across + two * second.across) / blur,
             np.ones_like(one),
-            first.value * second.value,
+            shape,
         ],
         axis=1,
     )
+    return middle + half * shape, jacobian

@@ -1,0 +1,103 @@
+"""The board's plane as a hypothesis for the dense estimator, and back from a dense map to one slope.
+
+Dense matching of a periodic board without a hypothesis locks onto slopes that are wrong by whole
+periods; the corners know the period.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.epipolar.board_slope import BoardSlope
+from rig.epipolar.views import Label, SlopeMap, SlopePrior
+from rig.errors import SlopeError
+
+Float = NDArray[np.float64]
+
+_PRIOR_SIGMA_PX = 0.25
+"""Room for a board that is not flat and for imperfect rectification."""
+_BLOCK_PX = 16
+"""Errors of a dense map are correlated over its windows; blocks of this size count as one."""
+_FEWEST_PIXELS = 100
+_TUKEY = 4.685
+_STEPS = 10
+
+
+@dataclass(frozen=True, slots=True)
+class DenseBoardSlope:
+    """Slope of a board by the dense estimator, at `BoardSlope.centre_px`."""
+
+    slope_px: float
+    """px per view step."""
+    sigma_px: float
+    """1 sigma, from the scatter of blocks about the plane."""
+    pixels: int
+    """Pixels of the board with a slope."""
+
+
+def plane_prior(slope: BoardSlope, shape: tuple[int, int]) -> SlopePrior:
+    """Return the board's plane as a hypothesis for `estimate_slopes`.
+
+    Args:
+        slope: The line fit of the board.
+        shape: Height and width of the reference view.
+
+    Returns:
+        The plane inside `BoardSlope.outline_px`, NaN elsewhere, with a sigma of 0.25 px or of one
+        sixteenth of the board's period, whichever is less.
+    """
+    y, x = np.indices(shape)
+    plane = np.where(_inside(slope, shape), slope.slope_at(x, y), np.nan)
+    sigma_px = min(_PRIOR_SIGMA_PX, slope.period_px / 16)
+    return SlopePrior(plane.astype(np.float32), np.full(shape, sigma_px, np.float32))
+
+
+def dense_board_slope(slopes: SlopeMap, board: BoardSlope) -> DenseBoardSlope:
+    """Reduce a dense map to the slope at the board's centre.
+
+    A plane is fitted to all answers within the board's outline, weighted by their own precision
+    and by Tukey's biweight (Beaton and Tukey, Technometrics 16, 1974) of their residual; blocks of
+    pixels give the covariance, because neighbours share their errors.
+
+    Raises:
+        SlopeError: the map has too few answers on the board.
+    """
+    answered = slopes.label != Label.NONE
+    row, column = np.nonzero(_inside(board, slopes.slope_px.shape) & answered)
+    if row.size < _FEWEST_PIXELS:
+        raise SlopeError(
+            f"{row.size} pixels of the board have a dense slope, {_FEWEST_PIXELS} are needed; "
+            "bring the board nearer or add light"
+        )
+    x0, y0 = board.centre_px
+    design = np.stack([np.ones(row.size), (column - x0) / _BLOCK_PX, (row - y0) / _BLOCK_PX])
+    value = slopes.slope_px[row, column].astype(np.float64)
+    sigma = slopes.sigma_px[row, column].astype(np.float64)
+    plane = np.array(board.plane) * (1, _BLOCK_PX, _BLOCK_PX)
+    for _ in range(_STEPS):
+        weight = _robust(value - plane @ design, sigma) / sigma**2
+        normal = (design * weight) @ design.T
+        plane = np.linalg.solve(normal, design @ (weight * value))
+    score = design * (weight * (value - plane @ design))
+    block = row // _BLOCK_PX * slopes.slope_px.shape[1] + column // _BLOCK_PX
+    _, block = np.unique(block, return_inverse=True)
+    summed = np.stack([np.bincount(block, line) for line in score])
+    inverse = np.linalg.inv(normal)
+    variance = (inverse @ (summed @ summed.T) @ inverse)[0, 0]
+    return DenseBoardSlope(float(plane[0]), float(np.sqrt(variance)), int(row.size))
+
+
+def _inside(slope: BoardSlope, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    mask = np.zeros(shape, np.uint8)
+    cv2.fillConvexPoly(mask, np.round(slope.outline_px).astype(np.int32), 1)
+    return mask > 0
+
+
+def _robust(residual: Float, sigma: Float) -> Float:
+    """Tukey weights of residuals in units of sigma, scaled by their own median."""
+    normed = residual / sigma
+    scale = 1.4826 * float(np.median(np.abs(normed))) + 1e-12
+    inside = np.clip(1 - (normed / (_TUKEY * scale)) ** 2, 0, None)
+    return inside**2
