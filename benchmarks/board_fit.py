@@ -41,6 +41,7 @@ class Cell:
     fit_s: list[float] = field(default_factory=list[float])
 
     def line(self) -> str:
+        """The columns that `main` names."""
         error, bound = np.array(self.slope_px), np.array(self.bound_px)
         return (
             f"{_rms(error / bound):9.3f} {_rms(np.array(self.track_px) / bound):9.3f} "

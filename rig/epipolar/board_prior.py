@@ -1,4 +1,4 @@
-"""The board's plane as a hypothesis for the dense estimator, and back from a dense map to one slope.
+"""The board's plane as a hypothesis for the dense estimator; from a dense map one slope again.
 
 Dense matching of a periodic board without a hypothesis locks onto slopes that are wrong by whole
 periods; the corners know the period.
@@ -48,7 +48,7 @@ def plane_prior(slope: BoardSlope, shape: tuple[int, int]) -> SlopePrior:
         The plane inside `BoardSlope.outline_px`, NaN elsewhere, with a sigma of 0.25 px or of one
         sixteenth of the board's period, whichever is less.
     """
-    y, x = np.indices(shape)
+    y, x = np.indices(shape).astype(np.float64)
     plane = np.where(_inside(slope, shape), slope.slope_at(x, y), np.nan)
     sigma_px = min(_PRIOR_SIGMA_PX, slope.period_px / 16)
     return SlopePrior(plane.astype(np.float32), np.full(shape, sigma_px, np.float32))
@@ -78,13 +78,13 @@ def dense_board_slope(slopes: SlopeMap, board: BoardSlope) -> DenseBoardSlope:
     plane = np.array(board.plane) * (1, _BLOCK_PX, _BLOCK_PX)
     for _ in range(_STEPS):
         weight = _robust(value - plane @ design, sigma) / sigma**2
-        normal = (design * weight) @ design.T
-        plane = np.linalg.solve(normal, design @ (weight * value))
+        plane = np.linalg.solve((design * weight) @ design.T, design @ (weight * value))
+    weight = _robust(value - plane @ design, sigma) / sigma**2
     score = design * (weight * (value - plane @ design))
     block = row // _BLOCK_PX * slopes.slope_px.shape[1] + column // _BLOCK_PX
     _, block = np.unique(block, return_inverse=True)
     summed = np.stack([np.bincount(block, line) for line in score])
-    inverse = np.linalg.inv(normal)
+    inverse = np.linalg.inv((design * weight) @ design.T)
     variance = (inverse @ (summed @ summed.T) @ inverse)[0, 0]
     return DenseBoardSlope(float(plane[0]), float(np.sqrt(variance)), int(row.size))
 
