@@ -25,9 +25,13 @@ from rig.errors import StoreError
 from rig.frames import Frame, GreyImage, MultiView
 from rig.plan import Stop
 
-# Noisy pictures hardly shrink further; run lengths at the lowest level take a third of the time of
-# the usual strategy and are even smaller.
-_PNG = (cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE)
+# Noisy pictures hardly shrink further: run lengths at the lowest level, after cheap filters, take
+# a third of the time of the usual strategy and even less space.
+_PNG = (
+    *(cv2.IMWRITE_PNG_COMPRESSION, 1),
+    *(cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE),
+    *(cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FAST_FILTERS),
+)
 
 
 def sweep_folder(rig: str, sweep_id: int, started_at: datetime) -> Path:

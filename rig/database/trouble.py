@@ -9,7 +9,7 @@ from sqlalchemy.exc import SQLAlchemyError, StatementError
 
 from rig.errors import StoreError
 
-_FULL = "the disk is full (or a size limit is reached); free space and go on with --resume"
+_FULL = "the disk is full (or a size limit is reached); free space, then try again"
 _READ_ONLY = "it may only be read; check permissions, or choose another place with --db"
 
 _OF_SYSTEM = {

@@ -14,7 +14,8 @@ from sqlalchemy.dialects import postgresql
 from sqlalchemy.schema import CreateTable
 
 from rig.database import open_store
-from rig.database.schema import MIGRATIONS, REVISIONS
+from rig.database.location import locate
+from rig.database.schema import MIGRATIONS, REVISIONS, open_engine
 from rig.database.tables import Row
 from rig.errors import StoreError
 from tests.support.stores import new_sweep, sqlite_url
@@ -65,11 +66,29 @@ def test_other_databases_keep_every_digit_too() -> None:
     assert "reached_mm DOUBLE PRECISION NOT NULL" in samples
 
 
-def test_a_database_is_careful(tmp_path: Path) -> None:
-    open_store(sqlite_url(tmp_path)).close()
-    connection = sqlite3.connect(tmp_path / "rig.sqlite")
-    assert connection.execute("PRAGMA journal_mode").fetchone() == ("wal",)
-    connection.close()
+def test_sqlite_is_told_to_be_careful(tmp_path: Path) -> None:
+    engine = open_engine(locate(sqlite_url(tmp_path), {}))
+    with engine.connect() as connection:
+        settings = {
+            name: connection.exec_driver_sql(f"PRAGMA {name}").scalar()
+            for name in ("journal_mode", "foreign_keys", "synchronous", "busy_timeout")
+        }
+    engine.dispose()
+    full = 2
+    assert settings == {
+        "journal_mode": "wal",
+        "foreign_keys": 1,
+        "synchronous": full,
+        "busy_timeout": 5000,
+    }
+
+
+def test_the_reference_names_every_column() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "reference" / "database.md").read_text()
+    rows = {line.split("`")[1]: line for line in page.splitlines() if line.startswith("| `")}
+    for table in Row.metadata.sorted_tables:
+        missing = [name for name in table.columns.keys() if f"`{name}`" not in rows[table.name]]  # noqa: SIM118
+        assert not missing, table.name
 
 
 def test_a_folder_with_odd_signs_is_no_obstacle(tmp_path: Path) -> None:
