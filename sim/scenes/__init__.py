@@ -1,0 +1,1 @@
+"""What stands before the cameras, apart from the board."""
