@@ -18,7 +18,7 @@ class Progress:
 
     def __init__(self, total: int | None) -> None:
         self._total = total
-        self._begun_s = time.monotonic()
+        self._first: tuple[int, float] | None = None
         self._last_s = 0.0
         self._is_terminal = sys.stderr.isatty()
         self._width = 0
@@ -35,15 +35,21 @@ class Progress:
         if self._is_terminal and self._width:
             sys.stderr.write("\n")
 
-    def report(self, done: int, text: str, first: int = 0) -> None:
-        """Show that `done` of the total are done; `first` were done before this run."""
+    def report(self, done: int, text: str) -> None:
+        """Show that `done` of the total are done.
+
+        Time left is counted from the first call on: what came before it, such as homing or the
+        compilation of kernels, does not repeat itself.
+        """
         now_s = time.monotonic()
+        if self._first is None:
+            self._first = (done, now_s)
         is_last = self._total is not None and done >= self._total
         if not self._is_terminal and not is_last and now_s - self._last_s < _LINE_EVERY_S:
             return
         self._last_s = now_s
         count = f"{done}" if self._total is None else f"{done}/{self._total}"
-        left = self._left(done, first, now_s)
+        left = self._left(done, *self._first, now_s)
         line = f"[{count}] {text}{left}"
         if self._is_terminal:
             sys.stderr.write("\r" + line.ljust(self._width))
@@ -52,10 +58,10 @@ class Progress:
         else:
             tell(line)
 
-    def _left(self, done: int, first: int, now_s: float) -> str:
+    def _left(self, done: int, first: int, first_s: float, now_s: float) -> str:
         if self._total is None or done <= first or done >= self._total:
             return ""
-        left_s = (now_s - self._begun_s) / (done - first) * (self._total - done)
+        left_s = (now_s - first_s) / (done - first) * (self._total - done)
         return f", {left_s // 60:.0f} min {left_s % 60:.0f} s left"
 
 

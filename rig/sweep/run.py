@@ -18,8 +18,8 @@ from rig.sweep.points import StopResult, stop_results
 from rig.sweep.request import SweepRequest, SweepSetup, plan_of, sweep_setup
 from rig.sweep.take import SweepTimes, run_sweep
 
-ShowProgress = Callable[[int, str, int], None]
-"""Told how many samples are done, where the sweep is, and how many were done before it began."""
+ShowProgress = Callable[[int, str], None]
+"""Told how many samples are done, and where the sweep is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ def measure_again(store: Store, sweep_id: int, show_progress: ShowProgress) -> S
     measured: dict[SampleKey, Measurement] = {}
     for number, sample in enumerate(samples):
         measured[sample.key] = measure_sample(profile, store.load(sample).stack())
-        show_progress(number + 1, f"{sample.stop.distance_mm:.1f} mm", 0)
+        show_progress(number + 1, f"{sample.stop.distance_mm:.1f} mm")
     store.save_measurements(sweep_id, measured)
     return conclude_sweep(store, sweep_id)
 
@@ -153,7 +153,7 @@ def _take_all(
         done.setdefault(sample.stop.index, set()).add(sample.number)
     measured = store.measurements(sweep_id)
     times = SweepTimes(is_simulated=not isinstance(hardware.clock, SystemClock))
-    count = first = len(stored)
+    count = len(stored)
     begun_s = hardware.clock.now_s()
     with MeasuringThread(job.profile) as measuring:
         for sample in stored:  # taken before an interruption, but not measured
@@ -183,7 +183,7 @@ def _take_all(
             store.save_measurements(sweep_id, measuring.finished())
             count += 1
             where = f"{taken.reached_mm:.1f} mm {taken.stop.direction}, sample {taken.sample + 1}"
-            show_progress(count, where, first)
+            show_progress(count, where)
         for key, measurement in measuring.remaining():
             store.save_measurements(sweep_id, {key: measurement})
     times.total_s = hardware.clock.now_s() - begun_s
