@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from types import TracebackType
 from typing import Self
 
-from drivers.grbl_dialect import AXES, Message, Setting, home_mm, machine_range_mm
+from drivers.grbl_dialect import AXES, Message, Setting
 from drivers.grbl_link import HOLD, RESET, GrblLink
+from drivers.grbl_settings import GrblAxis, check_axis, distance_mm, machine_mm, read_axis
 from drivers.serial_line import SerialLine
 from rig.devices import Clock
 from rig.errors import (
@@ -17,11 +18,12 @@ from rig.errors import (
     StageAlarmError,
     StageLimitError,
     StagePositionError,
+    StageTimeoutError,
 )
 from rig.profile import GrblStageConfig
 
 READING_TIMEOUT_S = 3.0
-"""Longest wait for a position that should stand still."""
+"""Longest wait for the position of a stage that should stand."""
 HOLD_MARGIN_S = 2.0
 """Added to the time that braking takes."""
 SETTINGS_ATTEMPTS = 4
@@ -35,21 +37,19 @@ class GrblStage:
     the near side over `approach_mm`: going farther by more than that goes straight, anything else
     goes too near first and comes back, so that backlash always lies on the same side. A move has
     ended when a dwell sent after it was answered and two status reports agree that the axis
-    stands where it was sent.
+    stands where it was sent. On every way out of a call that moves, the stage stands.
     """
 
     def __init__(self, config: GrblStageConfig, clock: Clock, *, name: str = "stage") -> None:
         self._config = config
         self._clock = clock
         self._name = name
-        self._axis = AXES.index(config.axis)
+        self._index = AXES.index(config.axis)
         self._line = SerialLine(config.port, config.baud, clock=clock, device=name)
         self._link = GrblLink(self._line, clock, name)
         self._lock = threading.RLock()
         self._identity: dict[str, str] = {"kind": "grbl", "port": config.port}
-        self._settings: dict[int, float] = {}
-        self._options = ""
-        self._is_homed = False
+        self._axis: GrblAxis | None = None
         self._is_homing = False
         self._may_move = False
 
@@ -65,11 +65,8 @@ class GrblStage:
         with self._lock:
             self._line.open()
             try:
-                self._is_homed = self._is_homing = self._may_move = False
-                banner = self._link.connect()
-                self._read_identity(banner.version)
-                self._settings = self._read_settings()
-                self._check_settings()
+                self._is_homing = self._may_move = False
+                self._connect()
             except BaseException:
                 self._line.close()
                 raise
@@ -84,7 +81,7 @@ class GrblStage:
         """Stop the stage if it may be moving, and close the port."""
         with self._lock:
             try:
-                if self._may_move:
+                if self._may_move and self._line.is_open:
                     self._halt()
             finally:
                 self._line.close()
@@ -105,7 +102,7 @@ class GrblStage:
     def position_mm(self) -> float:
         """See `Stage.position_mm`."""
         with self._lock:
-            return self._read_position(self._clock.now_s() + READING_TIMEOUT_S)
+            return self._read_position("asked for the position", READING_TIMEOUT_S)
 
     def home(self) -> None:
         """See `Stage.home`.
@@ -119,16 +116,18 @@ class GrblStage:
                 "clear the way to the reference switch and set it to true"
             )
         with self._lock:
-            self._is_homed = False
-            self._is_homing = self._may_move = True
             try:
+                # A controller locked by a limit heeds nothing but a reset.
+                self._link.reset()
+                self._link.is_homed = False
+                self._is_homing = self._may_move = True
                 self._link.command("$H", self._config.homing_timeout_s)
                 self._is_homing = False
                 self._check_home()
             except BaseException as error:
                 self._halt_after(error)
                 raise
-            self._is_homed = True
+            self._link.is_homed = True
             self._may_move = False
 
     def move_to(self, position_mm: float, timeout_s: float) -> float:
@@ -141,11 +140,12 @@ class GrblStage:
         with self._lock:
             deadline_s = self._clock.now_s() + timeout_s
             try:
-                here_mm = self._read_position(self._clock.now_s() + READING_TIMEOUT_S)
+                here_mm = self._read_position("before the move", READING_TIMEOUT_S)
                 before_mm = position_mm - self._config.approach_mm
+                what = f"asked for {position_mm:.3f} mm within {timeout_s:.1f} s"
                 if here_mm > before_mm:
-                    self._go(before_mm, deadline_s)
-                return self._go(position_mm, deadline_s)
+                    self._go(before_mm, deadline_s, what)
+                return self._go(position_mm, deadline_s, what)
             except BaseException as error:
                 self._halt_after(error)
                 raise
@@ -164,51 +164,82 @@ class GrblStage:
         self._link.cancel(RESET if self._is_homing else HOLD)
         with self._lock:
             try:
-                self._halt()
+                if self._line.is_open:
+                    self._halt()
             finally:
                 self._link.resume()
 
     # -- moving -------------------------------------------------------------------------------
 
-    def _go(self, position_mm: float, deadline_s: float) -> float:
+    def _go(self, wanted_mm: float, deadline_s: float, what: str) -> float:
         """Make one straight motion and prove its end."""
-        machine_mm = self._machine_mm(position_mm)
         feed_mm_min = self._config.speed_mm_s * 60.0
+        target_mm = machine_mm(self._config, wanted_mm)
         self._may_move = True
-        self._link.command(f"$J=G53G21G90{self._config.axis}{machine_mm:.3f}F{feed_mm_min:.1f}")
-        self._read_position(deadline_s)
+        self._link.command(f"$J=G53G21G90{self._config.axis}{target_mm:.3f}F{feed_mm_min:.1f}")
+        self._read_position(what, max(0.0, deadline_s - self._clock.now_s()))
         self._link.command("G4P0.01")
-        reached_mm = self._read_position(self._clock.now_s() + READING_TIMEOUT_S)
-        if abs(reached_mm - position_mm) > self._config.tolerance_mm:
-            raise StagePositionError(
-                self._name,
-                wanted_mm=position_mm,
-                reached_mm=reached_mm,
-                tolerance_mm=self._config.tolerance_mm,
-            )
+        reached_mm = self._read_position(what, READING_TIMEOUT_S)
+        self._check_reached(wanted_mm, reached_mm)
         self._may_move = False
         return reached_mm
 
-    def _read_position(self, deadline_s: float) -> float:
-        """Return the distance at which the stage stands."""
-        if not self._is_homed:
+    def _read_position(self, what: str, timeout_s: float) -> float:
+        """Return the distance at which the stage comes to rest.
+
+        Args:
+            what: what was asked of the stage, for the error.
+            timeout_s: longest wait for rest.
+        """
+        if not self._link.is_homed:
             raise StageAlarmError(
                 self._name, "the position is not known; home the stage first", code="not homed"
             )
-        try:
-            state, machine_mm = self._link.position_mm(self._axis, deadline_s)
-        except StageAlarmError as error:
-            self._is_homed = self._is_homed and error.code == "stopped"
-            raise
+        rest = self._link.rest(self._index, timeout_s)
+        if rest is None:
+            raise StageTimeoutError(
+                self._name,
+                f"{what}, still not at rest, stopped; allow more time or raise the speed",
+                timeout_s=timeout_s,
+            )
+        self._check_idle(rest[0], what)
+        return distance_mm(self._config, rest[1])
+
+    def _check_idle(self, state: str, what: str) -> None:
         if state != "Idle":
-            self._is_homed = self._is_homed and state != "Alarm"
             raise StageAlarmError(
                 self._name,
-                f"the controller is in state {state} where Idle was expected; "
+                f"{what}, found the controller in state {state}; "
                 "see what stopped it, then home again",
                 code=state,
             )
-        return self._distance_mm(machine_mm)
+
+    def _check_reached(self, wanted_mm: float, reached_mm: float) -> None:
+        tolerance_mm = self._config.tolerance_mm
+        if not math.isclose(wanted_mm, reached_mm, rel_tol=0.0, abs_tol=tolerance_mm):
+            raise StagePositionError(
+                self._name,
+                wanted_mm=wanted_mm,
+                reached_mm=reached_mm,
+                tolerance_mm=tolerance_mm,
+            )
+
+    def _check_home(self) -> None:
+        """See that homing ended where the settings say: a stray `ok` is not an end."""
+        timeout_s = self._config.homing_timeout_s
+        rest = self._link.rest(self._index, timeout_s)
+        if rest is None:
+            raise StageTimeoutError(
+                self._name,
+                f"homing did not end within {timeout_s:.1f} s, stopped; "
+                "check the reference switch or raise homing_timeout_s",
+                timeout_s=timeout_s,
+            )
+        self._check_idle(rest[0], "asked to home")
+        home_mm = distance_mm(self._config, self._opened_axis().home_mm)
+        self._check_reached(home_mm, distance_mm(self._config, rest[1]))
+
+    # -- stopping -----------------------------------------------------------------------------
 
     def _halt_after(self, error: BaseException) -> None:
         """Stop because of an error, if the stage may be moving."""
@@ -219,8 +250,7 @@ class GrblStage:
         except DeviceError as failed:
             raise DeviceLostError(
                 self._name,
-                f"could not be stopped ({failed}); switch its supply off. "
-                f"It was to be stopped because of: {error!r}",
+                f"{error or type(error).__name__}; could not be stopped: {failed}",
             ) from error
 
     def _halt(self) -> None:
@@ -228,34 +258,28 @@ class GrblStage:
         was_homing, self._is_homing = self._is_homing, False
         if not was_homing:
             # Homing heeds nothing but a reset; everything else brakes on a feed hold.
-            self._link.hold(self._braking_s() + HOLD_MARGIN_S)
-        is_kept = self._link.reset()
-        self._is_homed = self._is_homed and is_kept
+            braking_s = self._config.speed_mm_s / self._opened_axis().acceleration_mm_s2
+            self._link.hold(braking_s + HOLD_MARGIN_S)
+        self._link.reset()
         self._may_move = False
 
-    def _braking_s(self) -> float:
-        return self._config.speed_mm_s / self._settings[120 + self._axis]
+    # -- the controller -----------------------------------------------------------------------
 
-    # -- coordinates --------------------------------------------------------------------------
-
-    def _machine_mm(self, distance_mm: float) -> float:
-        config = self._config
-        return (distance_mm - config.distance_at_machine_zero_mm) * config.direction
-
-    def _distance_mm(self, machine_mm: float) -> float:
-        config = self._config
-        return config.distance_at_machine_zero_mm + config.direction * machine_mm
-
-    # -- the controller's settings ------------------------------------------------------------
-
-    def _read_identity(self, version: str) -> None:
-        self._identity["version"] = version
-        for reply in self._link.command("$I"):
-            if isinstance(reply, Message) and reply.kind == "VER":
-                self._identity["build"] = reply.text
-            if isinstance(reply, Message) and reply.kind == "OPT":
-                self._identity["options"] = reply.text
-        self._options = self._identity.get("options", "").partition(",")[0]
+    def _connect(self) -> None:
+        """Learn who and what the controller is."""
+        banner = self._link.connect()
+        about = {m.kind: m.text for m in self._link.command("$I") if isinstance(m, Message)}
+        self._identity = {
+            "kind": "grbl",
+            "port": self._config.port,
+            "version": banner.version,
+            "build": about.get("VER", ""),
+            "options": about.get("OPT", ""),
+        }
+        options = about.get("OPT", "").partition(",")[0]
+        axis = read_axis(self._read_settings(), options, self._config, device=self._name)
+        check_axis(self._config, axis, device=self._name)
+        self._axis = axis
 
     def _read_settings(self) -> dict[int, float]:
         """Read the settings until two readings agree: one damaged digit may cost a crash."""
@@ -272,61 +296,7 @@ class GrblStage:
             "check the cable for noise",
         )
 
-    def _check_settings(self) -> None:
-        """Compare what the profile wants with what the controller allows."""
-        config, axis = self._config, self._axis
-        needed = {13, 20, 22, 23, 27, *(base + axis for base in (110, 120, 130))}
-        missing = sorted(needed - set(self._settings))
-        if missing:
-            raise ConfigError(
-                f"{self._name}: the controller has no setting "
-                f"{', '.join(f'${number}' for number in missing)}; this driver needs GRBL 1.1"
-            )
-        for number, wanted, purpose in (
-            (22, 1, "homing must be on, or no position is known"),
-            (20, 1, "soft limits must be on, so that the controller refuses what is too far"),
-            (13, 0, "reports must be in mm"),
-        ):
-            if int(self._settings[number]) & 1 != wanted:
-                raise ConfigError(
-                    f"{self._name}: the controller has ${number}={self._settings[number]:.0f}, "
-                    f"{purpose}; send ${number}={wanted}"
-                )
-        rate_mm_s = self._settings[110 + axis] / 60.0
-        if config.speed_mm_s > rate_mm_s * (1.0 + 1e-6):
-            raise ConfigError(
-                f"{self._name}: speed_mm_s is {config.speed_mm_s:.1f}, the controller's "
-                f"${110 + axis} allows {rate_mm_s:.1f} mm/s; lower the one or raise the other"
-            )
-        self._check_travel()
-
-    def _check_travel(self) -> None:
-        config = self._config
-        near_mm, far_mm = config.travel_mm
-        low_mm, high_mm = machine_range_mm(self._settings, self._options, self._axis)
-        ends_mm = sorted(self._distance_mm(machine_mm) for machine_mm in (low_mm, high_mm))
-        if not ends_mm[0] <= near_mm - config.approach_mm <= far_mm <= ends_mm[1]:
-            raise ConfigError(
-                f"{self._name}: travel_mm {near_mm:.1f}..{far_mm:.1f} with approach_mm "
-                f"{config.approach_mm:.1f} needs {near_mm - config.approach_mm:.1f}..{far_mm:.1f} "
-                f"mm, the controller's ${130 + self._axis} allows {ends_mm[0]:.1f}.."
-                f"{ends_mm[1]:.1f} mm; shorten the travel or correct "
-                "distance_at_machine_zero_mm"
-            )
-
-    def _check_home(self) -> None:
-        """See that homing ended where the settings say: a stray `ok` is not an end."""
-        deadline_s = self._clock.now_s() + self._config.homing_timeout_s
-        state, machine_mm = self._link.position_mm(self._axis, deadline_s)
-        expected_mm = home_mm(self._settings, self._options, self._axis)
-        if state != "Idle":
-            raise StageAlarmError(
-                self._name, f"homing ended in state {state}; home again", code=state
-            )
-        if not math.isclose(machine_mm, expected_mm, abs_tol=self._config.tolerance_mm):
-            raise StagePositionError(
-                self._name,
-                wanted_mm=self._distance_mm(expected_mm),
-                reached_mm=self._distance_mm(machine_mm),
-                tolerance_mm=self._config.tolerance_mm,
-            )
+    def _opened_axis(self) -> GrblAxis:
+        if self._axis is None:
+            raise DeviceLostError(self._name, "is not open; use it inside `with`")
+        return self._axis

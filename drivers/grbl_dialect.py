@@ -4,7 +4,6 @@ Source: GRBL v1.1 interface documentation and the tables of its error and alarm 
 """
 
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 AXES = "XYZ"
@@ -34,6 +33,12 @@ class Banner:
     """The controller has just started or been reset."""
 
     version: str
+
+    @property
+    def number(self) -> tuple[int, int]:
+        """Major and minor version."""
+        major, minor = re.findall(r"\d+", self.version)[:2]
+        return int(major), int(minor)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,13 +79,13 @@ class Noise:
 
 Reply = Ok | Refused | Alarm | Banner | Setting | Message | Status | Noise
 
-_REFUSED = re.compile(r"error:(\d{1,3})")
-_ALARM = re.compile(r"ALARM:(\d{1,3})")
-_BANNER = re.compile(r"Grbl (\d+\.\d+\w*) \['\$' for help\]")
-_SETTING = re.compile(r"\$(\d{1,3})=(-?\d{1,9}(?:\.\d{1,6})?)(?: \(.*\))?")
+_REFUSED = re.compile(r"error:(\d{1,3})", re.ASCII)
+_ALARM = re.compile(r"ALARM:(\d{1,3})", re.ASCII)
+_BANNER = re.compile(r"Grbl\w* (\d{1,3}\.\d{1,3}\w*) \[.*\]", re.ASCII)
+_SETTING = re.compile(r"\$(\d{1,3})=(-?\d{1,9}(?:\.\d{1,6})?)(?: \(.*\))?", re.ASCII)
 _MESSAGE = re.compile(r"\[([A-Za-z0-9]{1,8}):(.*)\]")
-_STATUS = re.compile(r"<([A-Z][a-z]+(?::\d)?)((?:\|[A-Za-z]+:[^|<>]*)*)>")
-_POSITION = re.compile(r"-?\d{1,6}\.\d{3}")
+_STATUS = re.compile(r"<([A-Z][a-z]+(?::\d)?)((?:\|[A-Za-z]+:[^|<>]*)*)>", re.ASCII)
+_POSITION = re.compile(r"-?\d{1,6}\.\d{3}", re.ASCII)
 
 
 def parse_reply(line: str) -> Reply:
@@ -117,33 +122,6 @@ def _status(state: str, fields: str) -> Status | None:
     if ("MPos" in vectors) == ("WPos" in vectors):
         return None
     return Status(state, vectors.get("MPos"), vectors.get("WPos"), vectors.get("WCO"))
-
-
-def machine_range_mm(settings: Mapping[int, float], options: str, axis: int) -> tuple[float, float]:
-    """Return the machine coordinates that the controller's soft limits allow on an axis.
-
-    Args:
-        settings: the values of `$$`.
-        options: the letters of `[OPT:...]`; `Z` means that homing sets machine zero.
-        axis: 0 for X, 1 for Y, 2 for Z.
-    """
-    travel_mm = settings[130 + axis]
-    if "Z" in options and _homes_to_negative(settings, axis):
-        return 0.0, travel_mm
-    return -travel_mm, 0.0
-
-
-def home_mm(settings: Mapping[int, float], options: str, axis: int) -> float:
-    """Return the machine coordinate at which homing ends."""
-    if "Z" in options:
-        return 0.0
-    if _homes_to_negative(settings, axis):
-        return settings[27] - settings[130 + axis]
-    return -settings[27]
-
-
-def _homes_to_negative(settings: Mapping[int, float], axis: int) -> bool:
-    return bool(int(settings[23]) >> axis & 1)
 
 
 _ALARMS = {

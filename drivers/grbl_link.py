@@ -1,7 +1,6 @@
 """The dialogue with a GRBL controller: ask, wait for the answer, notice what nobody asked for."""
 
 import threading
-from collections.abc import Iterable, Iterator
 
 from drivers.grbl_dialect import (
     Alarm,
@@ -35,6 +34,8 @@ STATUS_TIMEOUT_S = 0.3
 """`?` is answered within milliseconds; later it was lost and is asked again."""
 STATUS_ATTEMPTS = 6
 POLL_S = 0.05
+REREAD_S = 0.01
+"""Pause between two readings of a position at rest."""
 RESET_ATTEMPTS = 3
 
 RESET = b"\x18"
@@ -48,7 +49,8 @@ class GrblLink:
     """One conversation with one controller.
 
     An alarm or a banner that was not asked for is raised from whatever call reads it: the first
-    means that motion was stopped, the second that the controller was reset.
+    means that motion was stopped, the second that the controller was reset. After both the
+    position is lost.
     """
 
     def __init__(self, line: SerialLine, clock: Clock, device: str) -> None:
@@ -56,26 +58,32 @@ class GrblLink:
         self._clock = clock
         self._device = device
         self._offset_mm: tuple[float, ...] | None = None
+        self._noise = 0
         self._cancelled = threading.Event()
+        self.is_homed = False
+        """Whether machine coordinates mean anything; set after homing, cleared when lost."""
 
     def connect(self) -> Banner:
-        """Wait for the banner of a controller that has just been opened.
+        """Wait for the banner of a controller whose port has just been opened.
 
         Raises:
             DeviceNotFoundError: nothing like GRBL 1.1 answered.
         """
         self._cancelled.clear()
-        banner = self._await_banner(BANNER_TIMEOUT_S)
+        self._offset_mm = None
+        self._noise = 0
+        self.is_homed = False
+        banner = self._await_banner()
         if banner is None:
             self._line.write(RESET)
-            banner = self._await_banner(BANNER_TIMEOUT_S)
+            banner = self._await_banner()
         if banner is None:
             raise DeviceNotFoundError(
                 self._device,
-                f"asked for GRBL, no banner came within {2 * BANNER_TIMEOUT_S:.0f} s; "
-                "check port, baud rate and the controller's supply",
+                f"asked for GRBL, no banner came within {2 * BANNER_TIMEOUT_S:.0f} s"
+                f"{self._noise_note()}; check port, baud rate and the controller's supply",
             )
-        if banner.version.startswith("0.") or banner.version < "1.1":
+        if banner.number < (1, 1):
             raise DeviceNotFoundError(
                 self._device,
                 f"found GRBL {banner.version}, this driver needs 1.1; update the firmware",
@@ -92,27 +100,27 @@ class GrblLink:
             StageAlarmError: refused, stopped by an alarm, reset, or cancelled.
             StageTimeoutError: no answer in time.
         """
-        self.absorb()
+        while (reply := self._next(self._clock.now_s())) is not None:
+            self._raise_event(reply)
         self._check_cancelled()
         self._line.write(text.encode("ascii") + b"\n")
         printed: list[Message | Setting] = []
-        for reply in self._replies(timeout_s):
-            match reply:
-                case Ok():
-                    return printed
-                case Refused(code):
-                    raise StageAlarmError(
-                        self._device,
-                        f"{text} was refused, {refusal_text(code)}",
-                        code=f"error:{code}",
-                    )
-                case Message() | Setting():
-                    printed.append(reply)
-                case _:
-                    pass
+        deadline_s = self._clock.now_s() + timeout_s
+        while (reply := self._next_heeding(deadline_s)) is not None:
+            if isinstance(reply, Ok):
+                return printed
+            if isinstance(reply, Refused):
+                raise StageAlarmError(
+                    self._device,
+                    f"{text} was refused, {refusal_text(reply.code)}",
+                    code=f"error:{reply.code}",
+                )
+            if isinstance(reply, Message | Setting):
+                printed.append(reply)
         raise StageTimeoutError(
             self._device,
-            f"{text} got no answer within {timeout_s:.1f} s; check cable and supply",
+            f"{text} got no answer within {timeout_s:.1f} s{self._noise_note()}; "
+            "check cable and supply",
             timeout_s=timeout_s,
         )
 
@@ -125,52 +133,52 @@ class GrblLink:
         """
         for _ in range(STATUS_ATTEMPTS):
             self._line.write(STATUS)
-            for reply in self._replies(STATUS_TIMEOUT_S):
+            deadline_s = self._clock.now_s() + STATUS_TIMEOUT_S
+            while (reply := self._next_heeding(deadline_s)) is not None:
                 if isinstance(reply, Status):
                     self._offset_mm = reply.offset_mm or self._offset_mm
+                    self.is_homed = self.is_homed and reply.state != "Alarm"
                     return reply
         timeout_s = STATUS_ATTEMPTS * STATUS_TIMEOUT_S
         raise StageTimeoutError(
             self._device,
-            f"no status report within {timeout_s:.1f} s; check cable and supply",
+            f"no status report within {timeout_s:.1f} s{self._noise_note()}; "
+            "check cable and supply",
             timeout_s=timeout_s,
         )
 
-    def position_mm(self, axis: int, deadline_s: float) -> tuple[str, float]:
-        """Wait for rest, then return state and machine coordinate, read twice alike.
+    def rest(self, axis: int, timeout_s: float) -> tuple[str, float] | None:
+        """Wait for rest and return state and machine coordinate (mm), read twice alike.
 
         Twice, because a damaged report can look like a good one.
 
+        Returns:
+            None if there was no rest in time.
+
         Raises:
             StageAlarmError: stopped by an alarm, reset, or cancelled.
-            StageTimeoutError: still moving at the deadline, or no two reports agreed.
+            StageTimeoutError: no report came.
         """
-        start_s = self._clock.now_s()
+        deadline_s = self._clock.now_s() + timeout_s
         before: tuple[str, float | None] | None = None
         while True:
             status = self.status()
-            now = (status.state, self._machine_mm(status, axis))
-            if now[1] is not None and now == before and status.state in STATES_AT_REST:
-                return status.state, now[1]
-            before = now
-            if self._clock.now_s() >= deadline_s:
-                break
-            if status.state not in STATES_AT_REST:
-                self._clock.sleep_s(min(POLL_S, deadline_s - self._clock.now_s()))
-        waited_s = self._clock.now_s() - start_s
-        raise StageTimeoutError(
-            self._device,
-            f"not at rest after {waited_s:.1f} s (state {status.state}); "
-            "allow more time or raise the speed",
-            timeout_s=waited_s,
-        )
+            state, machine_mm = status.state, self._machine_mm(status, axis)
+            is_at_rest = state in STATES_AT_REST
+            if is_at_rest and machine_mm is not None and (state, machine_mm) == before:
+                return state, machine_mm
+            before = (state, machine_mm)
+            left_s = deadline_s - self._clock.now_s()
+            if left_s <= 0.0:
+                return None
+            self._clock.sleep_s(min(left_s, REREAD_S if is_at_rest else POLL_S))
 
     # -- stopping -----------------------------------------------------------------------------
 
-    def cancel(self, data: bytes) -> None:
+    def cancel(self, command: bytes) -> None:
         """Send a realtime command from any thread, and make the call that waits give up."""
         self._cancelled.set()
-        self._line.write(data)
+        self._line.write(command)
 
     def resume(self) -> None:
         """Take commands again after `cancel`."""
@@ -181,7 +189,10 @@ class GrblLink:
         deadline_s = self._clock.now_s() + timeout_s
         while self._clock.now_s() < deadline_s:
             self._line.write(HOLD + STATUS)
-            for reply in self._raw_replies(STATUS_TIMEOUT_S):
+            answer_s = self._clock.now_s() + STATUS_TIMEOUT_S
+            while (reply := self._next(answer_s)) is not None:
+                if isinstance(reply, Banner):
+                    self.is_homed = False
                 if isinstance(reply, Alarm | Banner):
                     return True
                 if isinstance(reply, Status):
@@ -191,68 +202,68 @@ class GrblLink:
             self._clock.sleep_s(POLL_S)
         return False
 
-    def reset(self) -> bool:
-        """Clear everything queued; returns whether the controller kept its position.
+    def reset(self) -> None:
+        """Clear everything that is queued; the position is lost if the controller says so.
 
         Raises:
-            DeviceLostError: it does not come back.
+            DeviceLostError: the controller does not come back.
         """
         for _ in range(RESET_ATTEMPTS):
             self._line.write(RESET)
-            is_kept = True
-            for reply in self._raw_replies(BANNER_TIMEOUT_S):
-                is_kept = is_kept and not isinstance(reply, Alarm)
-                if isinstance(reply, Banner):
-                    self._drain()
-                    return is_kept and self._is_idle()
+            if self._await_banner() is not None:
+                self._drain()
+                self.is_homed = self.is_homed and self._is_idle()
+                return
         raise DeviceLostError(
             self._device,
-            f"did not come back from {RESET_ATTEMPTS} resets; the stage may still be moving: "
-            "switch its supply off",
+            f"did not come back from {RESET_ATTEMPTS} resets{self._noise_note()}; "
+            "the stage may still be moving: switch its supply off",
         )
-
-    def absorb(self) -> None:
-        """Look at what has come meanwhile.
-
-        Raises:
-            StageAlarmError: an alarm or a reset was among it.
-        """
-        for reply in self._raw_replies(0.0):
-            self._raise_event(reply)
 
     # -- reading ------------------------------------------------------------------------------
 
-    def _replies(self, timeout_s: float) -> Iterator[Reply]:
-        """Yield replies until the timeout, raising what nobody asked for."""
-        for reply in self._raw_replies(timeout_s):
-            self._raise_event(reply)
-            yield reply
-            self._check_cancelled()
+    def _next(self, deadline_s: float) -> Reply | None:
+        """Return the next reply, None if there is none before the deadline."""
+        text = self._line.read_line(deadline_s - self._clock.now_s())
+        if text is None:
+            return None
+        reply = parse_reply(text)
+        if isinstance(reply, Alarm):
+            self.is_homed = False
+        if isinstance(reply, Noise):
+            self._noise += 1
+        return reply
 
-    def _raw_replies(self, timeout_s: float) -> Iterator[Reply]:
-        deadline_s = self._clock.now_s() + timeout_s
+    def _next_heeding(self, deadline_s: float) -> Reply | None:
+        """Return the next reply, but raise what nobody asked for, and give up when cancelled."""
         while True:
-            left_s = deadline_s - self._clock.now_s()
-            text = self._line.read_line(max(0.0, min(left_s, POLL_S)))
-            if text is not None:
-                yield parse_reply(text)
-            elif left_s <= 0.0:
-                return
-            else:
-                yield Noise("")
+            now_s = self._clock.now_s()
+            reply = self._next(min(deadline_s, now_s + POLL_S))
+            self._check_cancelled()
+            if reply is not None:
+                self._raise_event(reply)
+                return reply
+            if now_s >= deadline_s:
+                return None
 
-    def _await_banner(self, timeout_s: float) -> Banner | None:
-        return _first_banner(self._raw_replies(timeout_s))
+    def _await_banner(self) -> Banner | None:
+        deadline_s = self._clock.now_s() + BANNER_TIMEOUT_S
+        while (reply := self._next(deadline_s)) is not None:
+            if isinstance(reply, Banner):
+                return reply
+        return None
 
     def _drain(self) -> None:
-        """Read until the line is quiet."""
-        while self._line.read_line(QUIET_S) is not None:
-            pass
+        """Read until the line is quiet; a second banner means another reset."""
+        while (reply := self._next(self._clock.now_s() + QUIET_S)) is not None:
+            if isinstance(reply, Banner):
+                self.is_homed = False
 
     def _is_idle(self) -> bool:
         for _ in range(STATUS_ATTEMPTS):
             self._line.write(STATUS)
-            for reply in self._raw_replies(STATUS_TIMEOUT_S):
+            deadline_s = self._clock.now_s() + STATUS_TIMEOUT_S
+            while (reply := self._next(deadline_s)) is not None:
                 if isinstance(reply, Status):
                     return reply.state == "Idle"
         return False
@@ -261,6 +272,7 @@ class GrblLink:
         if isinstance(reply, Alarm):
             raise StageAlarmError(self._device, alarm_text(reply.code), code=f"ALARM:{reply.code}")
         if isinstance(reply, Banner):
+            self.is_homed = False
             raise StageAlarmError(
                 self._device,
                 "the controller was reset by somebody else or by its supply, the position is "
@@ -282,6 +294,7 @@ class GrblLink:
             return None
         return status.work_mm[axis] + self._offset_mm[axis]
 
-
-def _first_banner(replies: Iterable[Reply]) -> Banner | None:
-    return next((reply for reply in replies if isinstance(reply, Banner)), None)
+    def _noise_note(self) -> str:
+        """Say how much nonsense came over the line, if any did."""
+        lines, loose = self._noise, self._line.noise_bytes
+        return f" ({lines} damaged lines, {loose} loose bytes came)" if lines or loose else ""

@@ -6,10 +6,12 @@ from contextlib import ExitStack, contextmanager
 from rig.devices import Clock, SystemClock
 from rig.errors import ConfigError
 from rig.profile import Profile
+from rig.profile.load import load_profile
 from sim.carriage import Carriage
 from sim.clock import VirtualClock
 from sim.firmware.grbl import GrblFirmware
 from sim.wire import plug
+from sim.wire.serve import serve_on_pty
 from sim.world import World
 
 
@@ -35,3 +37,20 @@ def plugged_world(profile: Profile, *, uses_stage: bool) -> Generator[World]:
             firmware = GrblFirmware(config.firmware, carriage, clock)
             stack.enter_context(plug(profile.stage.port, firmware))
         yield World(profile, clock=clock, carriage=carriage, scene=scene)
+
+
+def serve_stage(on_ready: Callable[[str], None]) -> None:
+    """Serve the stage of the `sim` profile on a pseudo-terminal until interrupted.
+
+    Args:
+        on_ready: called once with the path of the device to open.
+
+    Raises:
+        ConfigError: there is no usable `sim` profile.
+    """
+    profile = load_profile("sim")
+    if profile.world is None:
+        raise ConfigError(f"profile {profile.name}: a simulated stage needs a [world] section")
+    clock = SystemClock()
+    carriage = Carriage(profile.world.carriage, clock)
+    serve_on_pty(GrblFirmware(profile.world.firmware, carriage, clock), on_ready=on_ready)

@@ -7,7 +7,7 @@ Words G0 G1 G4 G20 G21 G53 G54 G80 G90 G91 G92 G94, X Y Z F N P S T; everything 
 import re
 from dataclasses import dataclass, replace
 
-from sim.firmware.grbl_settings import AXES
+from sim.firmware.grbl.settings import AXES
 
 Vector = tuple[float, float, float]
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sim.carriage import Carriage
-from sim.firmware.grbl_gcode import Vector
-from sim.firmware.grbl_settings import GrblSettings
+from sim.firmware.grbl.gcode import Vector
+from sim.firmware.grbl.settings import GrblSettings
 from sim.motion import Phase, braking, trapezoid
 
 PLANNER_BLOCKS = 15

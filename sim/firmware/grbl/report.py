@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from enum import Enum
 
-from sim.firmware.grbl_gcode import MM_PER_INCH, Modes, Vector
-from sim.firmware.grbl_settings import GrblSettings
+from sim.firmware.grbl.gcode import MM_PER_INCH, Modes, Vector
+from sim.firmware.grbl.settings import GrblSettings
 
 BANNER = "\r\nGrbl 1.1h ['$' for help]\r\n"
 BUILD_INFO = ("[VER:1.1h.20190830:]", "[OPT:V,15,128]")

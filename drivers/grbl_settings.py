@@ -1,0 +1,106 @@
+"""A GRBL controller's own settings, and whether they allow what a profile asks for."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from drivers.grbl_dialect import AXES
+from rig.errors import ConfigError
+from rig.profile import GrblStageConfig
+
+SLACK_MM = 1e-6
+"""Sums of decimal fractions are not exact."""
+
+
+@dataclass(frozen=True, slots=True)
+class GrblAxis:
+    """What the controller is set to on the axis that carries the board."""
+
+    rate_mm_s: float
+    """Fastest motion."""
+    acceleration_mm_s2: float
+    range_mm: tuple[float, float]
+    """Machine coordinates that the soft limits allow."""
+    home_mm: float
+    """Machine coordinate at which homing ends."""
+
+
+def read_axis(
+    settings: Mapping[int, float], options: str, config: GrblStageConfig, *, device: str
+) -> GrblAxis:
+    """Return what the settings say about the profile's axis.
+
+    Args:
+        settings: the values of `$$` by number.
+        options: the letters of `[OPT:...]`; `Z` means that machine zero is where homing ends.
+        config: names the axis.
+        device: name used in errors.
+
+    Raises:
+        ConfigError: a setting is missing, or not as a measuring stage needs it.
+    """
+    axis = AXES.index(config.axis)
+    needed = {13, 20, 22, 23, 27, *(base + axis for base in (110, 120, 130))}
+    missing = sorted(needed - set(settings))
+    if missing:
+        raise ConfigError(
+            f"{device}: the controller has no setting "
+            f"{', '.join(f'${number}' for number in missing)}; this driver needs GRBL 1.1"
+        )
+    for number, wanted, purpose in (
+        (22, 1, "homing must be on, or no position is known"),
+        (20, 1, "soft limits must be on, so that the controller refuses what is too far"),
+        (13, 0, "reports must be in mm"),
+    ):
+        if int(settings[number]) & 1 != wanted:
+            raise ConfigError(
+                f"{device}: the controller has ${number}={settings[number]:.0f}, {purpose}; "
+                f"send ${number}={wanted}"
+            )
+    travel_mm, pull_off_mm = settings[130 + axis], settings[27]
+    homes_down = bool(int(settings[23]) >> axis & 1)
+    if "Z" in options:
+        range_mm = (0.0, travel_mm) if homes_down else (-travel_mm, 0.0)
+        home_mm = 0.0
+    else:
+        range_mm = (-travel_mm, 0.0)
+        home_mm = pull_off_mm - travel_mm if homes_down else -pull_off_mm
+    return GrblAxis(settings[110 + axis] / 60.0, settings[120 + axis], range_mm, home_mm)
+
+
+def check_axis(config: GrblStageConfig, axis: GrblAxis, *, device: str) -> None:
+    """See that the controller lets the stage go everywhere, and as fast, as the profile says.
+
+    Raises:
+        ConfigError: it does not.
+    """
+    number = AXES.index(config.axis)
+    if axis.acceleration_mm_s2 <= 0.0:
+        raise ConfigError(
+            f"{device}: the controller's ${120 + number} is {axis.acceleration_mm_s2:.1f} mm/s2; "
+            "set an acceleration above 0"
+        )
+    if config.speed_mm_s > axis.rate_mm_s * (1.0 + 1e-6):
+        raise ConfigError(
+            f"{device}: speed_mm_s is {config.speed_mm_s:.1f}, the controller's "
+            f"${110 + number} allows {axis.rate_mm_s:.1f} mm/s; lower the one or raise the other"
+        )
+    near_mm, far_mm = config.travel_mm
+    start_mm = near_mm - config.approach_mm
+    ends_mm = sorted(distance_mm(config, machine_mm) for machine_mm in axis.range_mm)
+    if not (ends_mm[0] - SLACK_MM <= start_mm and far_mm <= ends_mm[1] + SLACK_MM):
+        raise ConfigError(
+            f"{device}: travel_mm {near_mm:.1f}..{far_mm:.1f} with approach_mm "
+            f"{config.approach_mm:.1f} needs {start_mm:.1f}..{far_mm:.1f} mm, the controller's "
+            f"${130 + number} allows {ends_mm[0]:.1f}..{ends_mm[1]:.1f} mm; "
+            "shorten the travel or correct distance_at_machine_zero_mm"
+        )
+
+
+def distance_mm(config: GrblStageConfig, machine_mm: float) -> float:
+    """Return the distance of the board at a machine coordinate."""
+    return config.distance_at_machine_zero_mm + config.direction * machine_mm
+
+
+def machine_mm(config: GrblStageConfig, distance_mm: float) -> float:
+    """Return the machine coordinate for a distance of the board."""
+    return (distance_mm - config.distance_at_machine_zero_mm) * config.direction
