@@ -1,0 +1,30 @@
+"""The depth-slope curve: from the stops of a sweep to depth in mm with its sigma."""
+
+from rig.curve.curve import Curve
+from rig.curve.fit import ALL_MODELS, Candidate, CurveFit, Rejected, fit_curve
+from rig.curve.holdout import DepthError, Headline, HoldoutError, depth_errors, headline
+from rig.curve.law import Law, ModelName
+from rig.curve.linear_laws import LinearLaw
+from rig.curve.points import CurvePoint
+from rig.curve.residuals import Residual
+from rig.curve.screening import BadStop
+
+__all__ = [
+    "ALL_MODELS",
+    "BadStop",
+    "Candidate",
+    "Curve",
+    "CurveFit",
+    "CurvePoint",
+    "DepthError",
+    "Headline",
+    "HoldoutError",
+    "Law",
+    "LinearLaw",
+    "ModelName",
+    "Rejected",
+    "Residual",
+    "depth_errors",
+    "fit_curve",
+    "headline",
+]

@@ -1,0 +1,16 @@
+"""Depth maps: made of slopes by a curve, kept in files."""
+
+from rig.depth.depth_map import DepthMap, depth_from_slopes
+from rig.depth.files import write_bytes
+from rig.depth.pfm import read_pfm, write_pfm
+from rig.depth.png import write_depth_png, write_label_png
+
+__all__ = [
+    "DepthMap",
+    "depth_from_slopes",
+    "read_pfm",
+    "write_bytes",
+    "write_depth_png",
+    "write_label_png",
+    "write_pfm",
+]

@@ -1,0 +1,41 @@
+"""From a slope map to a depth map."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.curve import Curve
+from rig.epipolar import Label, SlopeMap
+
+
+@dataclass(frozen=True, slots=True)
+class DepthMap:
+    """Depth, its standard deviation and a label for every pixel of the reference view.
+
+    Depth is measured from the reference camera's optical centre along +z, not along the ray.
+    """
+
+    depth_mm: NDArray[np.float32]
+    """(H, W), NaN only where the label is 0."""
+    sigma_mm: NDArray[np.float32]
+    """(H, W), 1 sigma from the slope's and the curve's; NaN where the depth is."""
+    label: NDArray[np.uint8]
+    """(H, W), values of `Label`; 0 also where the slope lies outside the curve's domain."""
+
+
+def depth_from_slopes(slopes: SlopeMap, curve: Curve) -> DepthMap:
+    """Turn every slope into a depth where the curve holds.
+
+    Args:
+        slopes: Of one multi-view: (H, W).
+        curve: Of the same rig.
+
+    Returns:
+        A map of the same size. Nothing is extrapolated: a slope outside `curve.domain_px` becomes
+        NaN with label 0.
+    """
+    depth_mm = curve.depth_mm(slopes.slope_px)
+    sigma_mm = curve.depth_sigma_mm(slopes.slope_px, slopes.sigma_px)
+    label = np.where(np.isnan(depth_mm), np.uint8(Label.NONE), slopes.label)
+    return DepthMap(depth_mm.astype(np.float32), sigma_mm.astype(np.float32), label)

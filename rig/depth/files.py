@@ -1,0 +1,43 @@
+"""Files that appear whole or not at all."""
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+from rig.errors import StoreError
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file through a temporary one beside it, which then takes its name.
+
+    A reader, and a program that is killed here, sees the old file or the new one.
+
+    Raises:
+        StoreError: the folder is missing or read-only, or the disk is full; an older file of this
+            name is as it was.
+    """
+    beside = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        try:
+            beside.write_bytes(content)
+            beside.replace(path)
+        finally:
+            with suppress(OSError):  # gone if it took the name; else the first error is the one
+                beside.unlink()
+    except OSError as error:
+        raise StoreError(
+            f"{path}: {len(content)} bytes cannot be written: {error.strerror}; make room or "
+            "choose another folder"
+        ) from error
+
+
+def read_bytes(path: Path) -> bytes:
+    """Read a whole file.
+
+    Raises:
+        StoreError: it is missing or cannot be read.
+    """
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be read: {error.strerror}; check the path") from error
