@@ -46,14 +46,14 @@ def stop_row(session: Session, sweep_id: int, stop: int) -> StopRow:
     Raises:
         StoreError: no such sweep, or no such stop in its plan.
     """
-    planned = sweep_row(session, sweep_id).stops
-    for row in planned:
-        if row.stop == stop:
-            return row
-    raise StoreError(
-        f"asked for stop {stop} of sweep {sweep_id}, its plan has {len(planned)} stops, from 0; "
-        "begin a new sweep for another plan"
-    )
+    row = session.get(StopRow, (sweep_id, stop))
+    if row is None:
+        count = len(sweep_row(session, sweep_id).stops)
+        raise StoreError(
+            f"asked for stop {stop} of sweep {sweep_id}, its plan has {count} stops, from 0; "
+            "begin a new sweep for another plan"
+        )
+    return row
 
 
 def sample_rows(session: Session, sweep_id: int) -> Sequence[SampleRow]:
