@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from rig.errors import TargetError
 from rig.geometry.board import Board
+from rig.geometry.homography import fit_homography, grid_places, map_points
 from rig.geometry.lattice import Lattice
 
 Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
@@ -14,8 +15,10 @@ MIN_SIDE_PX = 6.0
 MAX_BLUR_RATIO = 0.2
 """Sigma of an edge over the side of a square, above which neighbouring edges run together."""
 
-_FEWEST = 6
+_FEWEST = 9
 """A lattice of fewer corners than this is chance."""
+_MAX_UNEVEN = 0.08
+"""Rms distance from a flat grid, in squares."""
 _DARK = 0.12
 """Brightest pixels below this share of full scale: too dark."""
 _BURNT = 0.2
@@ -30,49 +33,78 @@ def why_not(image: Image, board: Board, seen: list[Lattice]) -> TargetError:
         board: What was asked for.
         seen: Lattices found at any resolution, in px of the image.
     """
-    best = max(seen, key=lambda lattice: int(lattice.found.sum()), default=None)
-    if best is None or int(best.found.sum()) < _FEWEST:
-        return _exposure(image, board) or TargetError(
-            f"{board} board asked for, nothing like a checkerboard found; "
-            "put the board in view and light it",
+    asked = f"{board} board asked for"
+    boards = [lattice for lattice in seen if _is_plane(lattice)]
+    best = max(boards, key=lambda lattice: int(lattice.found.sum()), default=None)
+    if best is None:
+        return _exposure(image, asked) or TargetError(
+            f"{asked}, nothing like a checkerboard found; put the board in view and light it",
             reason="not-found",
         )
-    if best.side_px < MIN_SIDE_PX:
-        return TargetError(
-            f"{board} board asked for, found {_count(best)} corners on squares of "
-            f"{best.side_px:.1f} px, at least {MIN_SIDE_PX:.0f} px are needed; "
-            "bring the board nearer or use larger squares",
-            reason="too-small",
+    return (
+        _size(best, asked)
+        or _count(best, board, image.shape, asked)
+        or _exposure(image, asked)
+        or TargetError(
+            f"{asked}, found {int(best.found.sum())} corners on a lattice of {_across(best)}; "
+            "uncover the board, and avoid glare, blur and bending",
+            reason="not-found",
         )
-    borders = _touched(best, image.shape)
-    if borders and not _larger(best, board):
+    )
+
+
+def _is_plane(lattice: Lattice) -> bool:
+    """Whether it looks like a flat board rather than chance."""
+    found = lattice.found
+    if min(lattice.shape) < 3 or int(found.sum()) < _FEWEST:
+        return False
+    places, xy_px = grid_places(*lattice.shape)[found], lattice.xy_px[found]
+    apart = map_points(fit_homography(places, xy_px), places) - xy_px
+    return float(np.sqrt(np.mean(apart**2))) < _MAX_UNEVEN * lattice.side_px
+
+
+def _size(lattice: Lattice, asked: str) -> TargetError | None:
+    if lattice.side_px >= MIN_SIDE_PX:
+        return None
+    return TargetError(
+        f"{asked}, found {_across(lattice)} corners on squares of {lattice.side_px:.1f} px, at "
+        f"least {MIN_SIDE_PX:.0f} px are needed; bring the board nearer or use larger squares",
+        reason="too-small",
+    )
+
+
+def _count(
+    lattice: Lattice, board: Board, shape: tuple[int, ...], asked: str
+) -> TargetError | None:
+    """More or fewer corners than asked for: another board, or a part of this one."""
+    wanted, found = sorted((board.rows, board.columns)), sorted(lattice.shape)
+    borders = _touched(lattice, shape)
+    if found[0] > wanted[0] or found[1] > wanted[1]:
+        at_least = "at least " if borders or not lattice.found.all() else ""
         return TargetError(
-            f"{board} board asked for, found {_count(best)} corners up to the "
-            f"{' and '.join(borders)} border of the picture; move the board until all of it is "
-            "in view",
-            reason="clipped",
-        )
-    if best.found.all():
-        return TargetError(
-            f"{board} board asked for, found one of {_count(best)} inner corners; "
-            f"set columns and rows to {_count(best)}, or use the other board",
+            f"{asked}, found {at_least}{_across(lattice)} inner corners; set the board's columns "
+            "and rows to what it has, or use the other board",
             reason="wrong-count",
         )
-    return _exposure(image, board) or TargetError(
-        f"{board} board asked for, found {int(best.found.sum())} corners on a lattice of "
-        f"{_count(best)}; uncover the board and avoid glare",
-        reason="not-found",
+    if found == wanted:
+        return None
+    if borders:
+        return TargetError(
+            f"{asked}, found {_across(lattice)} corners up to the {' and '.join(borders)} border "
+            "of the picture; move the board until all of it is in view",
+            reason="clipped",
+        )
+    if not lattice.found.all():
+        return None
+    return TargetError(
+        f"{asked}, found one of {_across(lattice)} inner corners; set columns and rows to "
+        f"{_across(lattice)}, or uncover the rest of the board",
+        reason="wrong-count",
     )
 
 
-def _count(lattice: Lattice) -> str:
+def _across(lattice: Lattice) -> str:
     return f"{max(lattice.shape)} x {min(lattice.shape)}"
-
-
-def _larger(lattice: Lattice, board: Board) -> bool:
-    return min(lattice.shape) > min(board.rows, board.columns) or max(lattice.shape) > max(
-        board.rows, board.columns
-    )
 
 
 def _touched(lattice: Lattice, shape: tuple[int, ...]) -> list[str]:
@@ -100,20 +132,20 @@ def _touched(lattice: Lattice, shape: tuple[int, ...]) -> list[str]:
     return [name for name, out in outside.items() if out.any()]
 
 
-def _exposure(image: Image, board: Board) -> TargetError | None:
+def _exposure(image: Image, asked: str) -> TargetError | None:
     """Too dark or too bright a picture, if that is what it is."""
     full = _full_scale(image)
     burnt = float((image >= full).mean())
     if burnt > _BURNT:
         return TargetError(
-            f"{board} board asked for, not found with {burnt:.0%} of the pixels saturated at "
+            f"{asked}, not found with {burnt:.0%} of the pixels saturated at "
             f"{full:.0f}; shorten the exposure or dim the light",
             reason="over-exposed",
         )
     brightest = float(np.percentile(image, 99.5))
     if brightest < _DARK * full:
         return TargetError(
-            f"{board} board asked for, not found in a dark picture: brightest pixels at "
+            f"{asked}, not found in a dark picture: brightest pixels at "
             f"{brightest:.0f} of {full:.0f}; lengthen the exposure or add light",
             reason="under-exposed",
         )
