@@ -13,7 +13,7 @@ from rig.epipolar.median import guided_median, near_jumps
 from rig.epipolar.occlusion import hidden_somewhere
 from rig.epipolar.photometry import equalise
 from rig.epipolar.scales import Scales, measure_scales
-from rig.epipolar.stitch import stitch
+from rig.epipolar.stitch import behind_jumps, stitch
 from rig.epipolar.sweep import sweep_costs
 from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
 from rig.errors import SlopeError
@@ -21,8 +21,8 @@ from rig.errors import SlopeError
 _LABEL_SHIFT_PX = 0.4
 """Distance of neighbouring slope labels, as the shift it makes in the outermost view."""
 _STEP_PENALTY, _LOW_PENALTY, _JUMP_PENALTY = 6, 8, 24
-_MEDIAN_RADIUS_PX = 4
-_STITCH_RADIUS_PX, _STITCH_STRIDE_PX = 5, 2
+_MEDIAN_RADIUS_PX, _MEDIAN_ROUNDS = 4, 2
+_STITCH_RADIUS_PX, _STITCH_STRIDE_PX = 5, 1
 
 
 def estimate_slopes(
@@ -62,23 +62,25 @@ def estimate_slopes(
     costs = sweep_costs(images, x, y, reference, labels, scales.truncation)
     total = aggregate(costs, *_jump_penalties(grey, scales), _STEP_PENALTY)
     slope = cast("NDArray[np.float32]", cv2.medianBlur(winners(total, labels, bounds), 3))
-    slope = guided_median(
-        slope,
-        grey,
-        near_jumps(slope, 1.5 * step_px, _MEDIAN_RADIUS_PX),
-        radius_px=_MEDIAN_RADIUS_PX,
-        grey_scale=scales.likeness,
-    )
+    for _ in range(_MEDIAN_ROUNDS):
+        slope = guided_median(
+            slope,
+            grey,
+            near_jumps(slope, 1.5 * step_px, _MEDIAN_RADIUS_PX),
+            radius_px=_MEDIAN_RADIUS_PX,
+            grey_scale=2.0 * scales.likeness,
+        )
     slope = _within(slope, bounds)
     lines = fit_lines(images, x, y, reference, slope, scales.doubt, step_px)
+    line_sigma_px = scales.smoothed_noise / max(float(np.median(lines.information)), 1e-12) ** 0.5
     stitched, variance, misfit = stitch(
         slope,
         lines.slope_px,
-        lines.information,
+        behind_jumps(slope, lines.information, 2.0 * step_px),
         grey,
         radius_px=_STITCH_RADIUS_PX,
         stride_px=_STITCH_STRIDE_PX,
-        slope_gate_px=step_px,
+        slope_gate_px=max(1.5 * step_px, min(6.0 * line_sigma_px, 6.0 * step_px)),
         grey_gate=scales.likeness,
         ridge=0.0,
     )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
 from rig.epipolar.kernel import kernel
-from rig.epipolar.sampling import pad, sample_row
+from rig.epipolar.sampling import pad, sample_points
 from rig.epipolar.sweep import HALVES, assign_halves
 
 SEEN, HALF_HIDDEN, UNSEEN = 0, 1, 2
@@ -68,7 +68,8 @@ def fit_lines(
 
     def work(start: int, stop: int) -> None:
         rows = np.empty((3, views, width), np.float32)
-        sums = np.empty((8, width), np.float32)
+        sums = np.empty((10, width), np.float32)
+        sums[8] = np.arange(width)
         _fit_lines(
             padded, xs, ys, half, reference, slope_px, np.float32(1 / scale), np.float32(reach_px),
             start, stop, rows, sums, slope, information, residual, weight, sight,
@@ -100,12 +101,15 @@ def _fit_lines(
 ) -> None:
     """Row by row: sample all views, drop hidden halves, sum the normal equations, solve."""
     grey, tilt, seen = rows[0], rows[1], rows[2]
+    columns, here = sums[8], sums[9]
     height, width = start_slope.shape
     for v in range(start, stop):
+        for u in range(width):
+            here[u] = np.float32(v)
         for i in range(len(padded)):
-            sample_row(
-                padded[i], height, v, start_slope[v], x_steps[i], y_steps[i], grey[i], tilt[i],
-                seen[i],
+            sample_points(
+                padded[i], height, width, columns, here, start_slope[v], x_steps[i], y_steps[i],
+                grey[i], tilt[i], seen[i],
             )  # fmt: skip
         centre = grey[reference]
         for i in range(len(padded)):

@@ -23,22 +23,22 @@ def sample_view(
 ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
     """Where one view shows every reference pixel: whether inside (H, W) and grey value (H, W)."""
     height, width = slope_px.shape
-    padded = pad(image[None])[0]
-    grey, seen = np.empty((height, width), np.float32), np.empty((height, width), np.float32)
-    tilt = np.empty(width, np.float32)
-    for v in range(height):
-        sample_row(
-            padded, height, v, slope_px[v], np.float32(x_step), np.float32(y_step), grey[v], tilt,
-            seen[v],
-        )  # fmt: skip
-    return seen > 0, grey
+    rows, columns = np.mgrid[0:height, 0:width].astype(np.float32)
+    grey, tilt, seen = np.empty((3, height * width), np.float32)
+    sample_points(
+        pad(image[None])[0], height, width, columns.ravel(), rows.ravel(), slope_px.ravel(),
+        np.float32(x_step), np.float32(y_step), grey, tilt, seen,
+    )  # fmt: skip
+    return seen.reshape(height, width) > 0, grey.reshape(height, width)
 
 
 @kernel()
-def sample_row(
+def sample_points(
     padded: NDArray[np.float32],
     height: int,
-    v: int,
+    width: int,
+    columns: NDArray[np.float32],
+    rows: NDArray[np.float32],
     slope: NDArray[np.float32],
     x_step: np.float32,
     y_step: np.float32,
@@ -46,26 +46,25 @@ def sample_row(
     tilt: NDArray[np.float32],
     seen: NDArray[np.float32],
 ) -> None:
-    """Sample one padded view at reference row v.
+    """Sample one padded view where it shows the reference pixels (columns, rows), each (N,).
 
     Fills grey value, its derivative by the slope, and 1 where the point lies inside the view (0
     where it does not; grey value and derivative are then those at the reference pixel).
     """
-    width = len(slope)
     stride = np.uintp(width + 2 * _PAD)
     right, bottom = np.float32(width - 1), np.float32(height - 1)
     on_row, on_column = y_step == 0, x_step == 0
     step = np.uintp(1) if on_row else stride
     per_slope = -x_step if on_row else -y_step
-    for u in range(width):
-        x = np.float32(u) - slope[u] * x_step
-        y = np.float32(v) - slope[u] * y_step
+    for u in range(len(slope)):
+        x = columns[u] - slope[u] * x_step
+        y = rows[u] - slope[u] * y_step
         inside = (x >= 0) & (x <= right) & (y >= 0) & (y <= bottom)
-        x = x if inside else np.float32(u)
-        y = y if inside else np.float32(v)
-        ix, iy = np.uintp(x), np.uintp(y)
+        x = x if inside else columns[u]
+        y = y if inside else rows[u]
+        ix, iy = np.int32(x), np.int32(y)
         fx, fy = x - np.float32(ix), y - np.float32(iy)
-        k = (iy + np.uintp(_PAD)) * stride + ix + np.uintp(_PAD)
+        k = np.uintp(iy + _PAD) * stride + np.uintp(ix + _PAD)
         seen[u] = np.float32(1) if inside else np.float32(0)
         if on_row or on_column:
             value, by_t = _spline(padded, k, step, fx if on_row else fy)

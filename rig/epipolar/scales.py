@@ -36,7 +36,7 @@ class Scales:
     @property
     def doubt(self) -> float:
         """Cauchy scale of the line fit."""
-        return 1.5 * self.noise + 0.05 * self.texture
+        return self.noise + 0.035 * self.texture
 
     @property
     def likeness(self) -> float:

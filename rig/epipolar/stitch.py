@@ -7,6 +7,7 @@ equations fuses both (inverse-variance weighting). The value a at the centre is 
 inverse of the normal matrix its variance.
 """
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +15,19 @@ from rig.epipolar.bands import run_in_bands
 from rig.epipolar.kernel import kernel
 
 _SUMS = 11
+_BEHIND_SHARE = np.float32(0.02)
+
+
+def behind_jumps(
+    slope_px: NDArray[np.float32], information: NDArray[np.float32], jump_px: float
+) -> NDArray[np.float32]:
+    """Take away most of the information of pixels that touch a nearer surface, (H, W).
+
+    The grey edge of the nearer surface moves with that surface, but its blur reaches into the
+    first pixel of the farther one and would tell that pixel the wrong slope with much confidence.
+    """
+    nearest = cv2.dilate(slope_px, np.ones((3, 3), np.uint8))
+    return np.where(nearest > slope_px + jump_px, _BEHIND_SHARE * information, information)
 
 
 def stitch(
@@ -37,8 +51,8 @@ def stitch(
         grey: (H, W) reference view.
         radius_px: half width of the window.
         stride_px: distance of the neighbours taken.
-        slope_gate_px: difference of slope at which a neighbour counts half.
-        grey_gate: difference of grey value at which a neighbour counts half.
+        slope_gate_px: difference of slope from which a neighbour does not count (Tukey biweight).
+        grey_gate: difference of grey value at which a neighbour counts a quarter.
         ridge: information that holds the plane's tilt to zero.
 
     Returns:
@@ -117,9 +131,9 @@ def _add_neighbours(
     for u in range(len(line)):
         a = (near_slope[u] - start_slope[u]) * per_slope
         b = (near_grey[u] - grey[u]) * per_grey
-        c = a * a
-        d = b * b
-        gate = one / ((one + c * c) * (one + d * d))
+        near = max(one - a * a, np.float32(0))
+        like = one + b * b
+        gate = near * near / (like * like)
         w = gate * information[u]
         m = line[u] - start_slope[u]
         wx = w * dx
