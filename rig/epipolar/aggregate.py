@@ -151,7 +151,8 @@ def _along_columns(
 def winners(
     total: NDArray[np.int16],
     labels_px: NDArray[np.float32],
-    bounds: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None,
+    low_px: NDArray[np.float32],
+    high_px: NDArray[np.float32],
 ) -> NDArray[np.float32]:
     """Slope of the lowest summed cost, refined between labels, (H, W).
 
@@ -162,21 +163,22 @@ def winners(
     Args:
         total: (H, L, W) summed costs.
         labels_px: (L,) evenly spaced slopes.
-        bounds: (H, W) lowest and highest slope allowed; the label nearest to a window that lies
-            between two labels always takes part.
+        low_px: (H, W) lowest slope allowed.
+        high_px: (H, W) highest slope allowed; the label nearest to a window that lies between two
+            labels always takes part.
     """
     height, labels, width = total.shape
-    if bounds is None:
-        first = np.zeros((height, width), np.int16)
-        last = np.full((height, width), labels - 1, np.int16)
-    else:
-        step = (labels_px[-1] - labels_px[0]) / (labels - 1)
-        low, high = ((bound - labels_px[0]) / step for bound in bounds)
-        middle = np.rint(0.5 * (low + high))
-        first, last = (
-            np.clip(index, 0, labels - 1).astype(np.int16)
-            for index in (np.minimum(np.ceil(low), middle), np.maximum(np.floor(high), middle))
+    step = (labels_px[-1] - labels_px[0]) / (labels - 1)
+    low, high = ((bound - labels_px[0]) / step for bound in (low_px, high_px))
+    middle = np.rint(0.5 * (low + high))
+    tolerance = np.float32(1e-3)
+    first, last = (
+        np.clip(index, 0, labels - 1).astype(np.int16)
+        for index in (
+            np.minimum(np.ceil(low - tolerance), middle),
+            np.maximum(np.floor(high + tolerance), middle),
         )
+    )
     slope = np.empty((height, width), np.float32)
     run_in_bands(lambda a, b: _winners(total, labels_px, first, last, a, b, slope), height)
     return slope

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
+from rig.epipolar.halves import HALVES, assign_halves
 from rig.epipolar.kernel import kernel
 from rig.epipolar.sampling import pad, sample_points
-from rig.epipolar.sweep import HALVES, assign_halves
 
 SEEN, HALF_HIDDEN, UNSEEN = 0, 1, 2
 """All halves see the point; one half of an axis does not; it falls outside all other views."""

@@ -8,8 +8,8 @@ display of curved surfaces" (1974).
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.halves import HALVES, assign_halves
 from rig.epipolar.kernel import kernel
-from rig.epipolar.sweep import HALVES, assign_halves
 
 
 def hidden_somewhere(

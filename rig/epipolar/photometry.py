@@ -5,13 +5,16 @@ pixels show the same point; the grey values of these pairs give gain and offset 
 regression.
 """
 
+from typing import cast
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.aggregate import aggregate, winners
+from rig.epipolar.bands import run_in_bands
 from rig.epipolar.sampling import sample_view
-from rig.epipolar.sweep import sweep_costs
+from rig.epipolar.scales import Scales
+from rig.epipolar.search import Cameras, Window, search
 
 _SHRINK = 4
 _MIN_SIDE_PX = 16
@@ -20,45 +23,67 @@ _PAIRS = 4000
 _QUANTILES = np.linspace(0.05, 0.95, 19)
 
 
-def equalise(
-    images: NDArray[np.float32],
-    x_steps: NDArray[np.float64],
-    y_steps: NDArray[np.float64],
-    reference: int,
-    slope_range_px: tuple[float, float],
-) -> NDArray[np.float32]:
+def equalise(images: NDArray[np.float32], cameras: Cameras, window: Window) -> NDArray[np.float32]:
     """Return the images (V, H, W) with every view on the grey scale of the reference view."""
-    spread = np.quantile(images[:, ::4, ::4].reshape(len(images), -1), _QUANTILES, axis=1).T
-    first = [_gain_offset(quantiles, spread[reference]) for quantiles in spread]
+    reference = cameras.reference
+    first = _match_quantiles(images, reference)
     shrink = _SHRINK if min(images.shape[1:]) >= _SHRINK * _MIN_SIDE_PX else 1
-    height, width = (side // shrink for side in images.shape[1:])
+    size = (images.shape[2] // shrink, images.shape[1] // shrink)
     small = np.stack(
         [
-            np.float32(gain) * cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)
+            np.float32(gain) * cv2.resize(image, size, interpolation=cv2.INTER_AREA)
             + np.float32(offset)
             for image, (gain, offset) in zip(images, first, strict=True)
         ]
     )
-    reach = float(np.hypot(x_steps, y_steps).max())
-    low, high = (bound / shrink for bound in slope_range_px)
-    count = max(2, int(np.ceil((high - low) * reach / 0.5)) + 1)
-    labels = np.linspace(low, high, count).astype(np.float32)
-    contrast = float(np.std(small[reference])) + 1e-6
-    costs = sweep_costs(small, x_steps, y_steps, reference, labels, 0.3 * contrast)
-    jumps = np.full((height, width), 24, np.int16)
-    slope = winners(aggregate(costs, jumps, jumps, 6), labels)
-    equal = images.copy()
-    for i, (gain, offset) in enumerate(first):
-        if i == reference:
-            continue
-        seen, grey = sample_view(small[i], float(x_steps[i]), float(y_steps[i]), slope)
-        if np.count_nonzero(seen) > _MIN_SIDE_PX**2 // 2:
-            pairs = np.flatnonzero(seen)
-            pairs = pairs[:: max(1, len(pairs) // _PAIRS)]
-            better, shift = _gain_offset(grey.ravel()[pairs], small[reference].ravel()[pairs])
-            gain, offset = better * gain, better * offset + shift
-        equal[i] = np.float32(gain) * images[i] + np.float32(offset)
+    small_window = Window(
+        *(
+            cast(
+                "NDArray[np.float32]",
+                cv2.resize(bound, size, interpolation=cv2.INTER_NEAREST) / np.float32(shrink),
+            )
+            for bound in (window.low_px, window.high_px)
+        )
+    )
+    scales = Scales(noise=0.1 * float(np.std(small[reference])) + 1e-6, texture=0.0)
+    slope = search(small, cameras, small_window, scales)
+    equal = np.empty_like(images)
+
+    def work(start: int, stop: int) -> None:
+        for i in range(start, stop):
+            gain, offset = first[i]
+            if i != reference:
+                x, y = float(cameras.x_steps[i]), float(cameras.y_steps[i])
+                better, shift = _compare(small[i], small[reference], x, y, slope)
+                gain, offset = better * gain, better * offset + shift
+            np.multiply(images[i], np.float32(gain), out=equal[i])
+            equal[i] += np.float32(offset)
+
+    run_in_bands(work, len(images))
     return equal
+
+
+def _match_quantiles(images: NDArray[np.float32], reference: int) -> list[tuple[float, float]]:
+    """First gain and offset of each view: the same share of pixels is darker than a quantile."""
+    samples = images[:, ::8, ::8].reshape(len(images), -1)
+    spread = np.quantile(samples, _QUANTILES, axis=1).T
+    return [_gain_offset(quantiles, spread[reference]) for quantiles in spread]
+
+
+def _compare(
+    image: NDArray[np.float32],
+    target: NDArray[np.float32],
+    x_step: float,
+    y_step: float,
+    slope_px: NDArray[np.float32],
+) -> tuple[float, float]:
+    """Gain and offset that bring one matched view to the reference."""
+    seen, grey = sample_view(image, x_step, y_step, slope_px)
+    pairs = np.flatnonzero(seen)
+    if len(pairs) < _MIN_SIDE_PX**2 // 2:
+        return 1.0, 0.0
+    pairs = pairs[:: max(1, len(pairs) // _PAIRS)]
+    return _gain_offset(grey.ravel()[pairs], target.ravel()[pairs])
 
 
 def _gain_offset(grey: NDArray[np.floating], target: NDArray[np.floating]) -> tuple[float, float]:
