@@ -94,12 +94,16 @@ class _Bench:
         return GrblStage(config, self.clock)
 
 
-def serve_simulated_stage(on_ready: Callable[[str], None]) -> None:
-    """Run the simulated GRBL stage of the `sim` profile on a pty until interrupted.
+def serve_simulated_stage(profile: Profile, on_ready: Callable[[str], None]) -> None:
+    """Run the simulated stage of a profile on a pty, in real time, until interrupted.
 
     Args:
-        on_ready: called once with the path of the device to open.
+        profile: a simulated rig.
+        on_ready: called once with the path of the port to open.
+
+    Raises:
+        ConfigError: the profile has no `[world]`.
     """
     from sim.bench import serve_stage
 
-    serve_stage(on_ready)
+    serve_stage(profile, on_ready)

@@ -5,8 +5,7 @@ from contextlib import ExitStack, contextmanager
 
 from rig.devices import Clock, SystemClock
 from rig.errors import ConfigError
-from rig.profile import Profile
-from rig.profile.load import load_profile
+from rig.profile import Profile, WorldConfig
 from sim.carriage import Carriage
 from sim.clock import VirtualClock
 from sim.firmware.grbl import GrblFirmware
@@ -26,9 +25,7 @@ def plugged_world(profile: Profile, *, uses_stage: bool) -> Generator[World]:
     Raises:
         ConfigError: the profile has no `[world]`.
     """
-    if profile.world is None:
-        raise ConfigError(f"profile {profile.name}: a simulated rig needs a [world] section")
-    config = profile.world
+    config = _world_of(profile)
     clock: Clock = SystemClock() if config.clock == "real" else VirtualClock()
     carriage = Carriage(config.carriage, clock)
     scene = config.sweep_scene if uses_stage else config.capture_scene
@@ -39,18 +36,22 @@ def plugged_world(profile: Profile, *, uses_stage: bool) -> Generator[World]:
         yield World(profile, clock=clock, carriage=carriage, scene=scene)
 
 
-def serve_stage(on_ready: Callable[[str], None]) -> None:
-    """Serve the stage of the `sim` profile on a pseudo-terminal until interrupted.
+def serve_stage(profile: Profile, on_ready: Callable[[str], None]) -> None:
+    """Offer the stage of a profile on a pseudo-terminal, in real time, until interrupted.
 
     Args:
+        profile: a profile with a `[world]`.
         on_ready: called once with the path of the device to open.
 
     Raises:
-        ConfigError: there is no usable `sim` profile.
+        ConfigError: the profile has no `[world]`.
     """
-    profile = load_profile("sim")
+    config, clock = _world_of(profile), SystemClock()
+    firmware = GrblFirmware(config.firmware, Carriage(config.carriage, clock), clock)
+    serve_on_pty(firmware, on_ready=on_ready)
+
+
+def _world_of(profile: Profile) -> WorldConfig:
     if profile.world is None:
-        raise ConfigError(f"profile {profile.name}: a simulated stage needs a [world] section")
-    clock = SystemClock()
-    carriage = Carriage(profile.world.carriage, clock)
-    serve_on_pty(GrblFirmware(profile.world.firmware, carriage, clock), on_ready=on_ready)
+        raise ConfigError(f"profile {profile.name}: a simulated rig needs a [world] section")
+    return profile.world

@@ -16,7 +16,9 @@ def capture(
     *,
     curve_id: Annotated[
         int | None,
-        typer.Option("--curve", metavar="ID", help="Use this curve, not the newest of the rig."),
+        typer.Option(
+            "--curve", metavar="ID", help="Use this curve, not the newest good one of the rig."
+        ),
     ] = None,
     frames: Annotated[
         int | None, typer.Option("--frames", min=1, help="Stop after so many multi-views.")

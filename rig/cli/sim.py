@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from rig.cli.options import AsJson
+from rig.cli.options import AsJson, Overrides
 from rig.cli.output import show, show_json, tell
 
 INTERRUPTED = 130
@@ -26,10 +26,14 @@ def _sim() -> None:
 
 @app.command()
 def stage(
+    profile_name: Annotated[
+        str, typer.Argument(metavar="[PROFILE]", help="Simulated rig whose stage it is.")
+    ] = "sim",
     *,
     protocol: Annotated[
         StageProtocol, typer.Option(help="What the stage speaks.")
     ] = StageProtocol.GRBL,
+    overrides: Overrides = None,
     as_json: AsJson = False,
 ) -> None:
     """Offer the simulated stage on a serial port (a pty) until Ctrl-C.
@@ -37,6 +41,9 @@ def stage(
     Opening the port resets the controller, as on a real board; home it first ($H).
     """
     from rig.hardware import serve_simulated_stage
+    from rig.profile.load import load_profile
+
+    profile = load_profile(profile_name, overrides or ())
 
     def announce(port: str) -> None:
         if as_json:
@@ -47,7 +54,7 @@ def stage(
         typer.get_text_stream("stdout").flush()
 
     try:
-        serve_simulated_stage(announce)
+        serve_simulated_stage(profile, announce)
     except KeyboardInterrupt:
         tell("the simulated stage is gone")
         raise typer.Exit(INTERRUPTED) from None

@@ -121,11 +121,18 @@ def active_curve_row(session: Session, rig: str) -> CurveRow:
     """Return the newest active curve of a rig.
 
     Raises:
-        StoreError: there is none.
+        StoreError: there is none, or only some that missed a quality gate.
     """
-    active = select(CurveRow).where(CurveRow.active.is_(True), CurveRow.rig == rig)
-    row = session.scalars(active.order_by(CurveRow.id.desc()).limit(1)).first()
+    newest = select(CurveRow).where(CurveRow.rig == rig).order_by(CurveRow.id.desc()).limit(1)
+    row = session.scalars(newest.where(CurveRow.active.is_(True))).first()
     if row is None:
+        missed = session.scalars(newest).first()
+        if missed is not None:
+            raise StoreError(
+                f"asked for the curve of rig {rig}, its newest, {missed.id}, missed a quality "
+                f"gate; read the report of sweep {missed.sweep_id} and sweep again, or take it on "
+                f"purpose with --curve {missed.id}"
+            )
         rigs = session.scalars(select(CurveRow.rig).where(CurveRow.active.is_(True)).distinct())
         raise StoreError(
             f"asked for the curve of rig {rig}, found curves of "

@@ -162,7 +162,7 @@ class QualityConfig(Model):
 class Profile(Model):
     """One rig: camera, views, stage, target and the defaults of its runs."""
 
-    name: str = Field(min_length=1, pattern=r"^[A-Za-z0-9_.-]+$")
+    name: str = Field(min_length=1, pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$")
     """Name of the rig; curves belong to it."""
     description: str = ""
     """One line for `rig profile list`."""

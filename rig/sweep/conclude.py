@@ -73,7 +73,9 @@ class SweepResult:
 
 
 def conclude_sweep(store: Store, sweep_id: int, times: SweepTimes | None = None) -> SweepResult:
-    """Fit the curve of a sweep from its stored slopes, judge it, and make it the rig's curve.
+    """Fit the curve of a sweep from its stored slopes and judge it.
+
+    Only a curve that passes every gate becomes the one that captures take by themselves.
 
     Raises:
         CurveError: too few stops gave a slope, or they contradict each other.
@@ -81,7 +83,11 @@ def conclude_sweep(store: Store, sweep_id: int, times: SweepTimes | None = None)
     """
     stops, fit = _fit(store, sweep_id)
     curve_id = store.save_curve(
-        sweep_id, curve=fit.best.to_json(), holdout=_holdout(fit), versions=software_versions()
+        sweep_id,
+        curve=fit.best.to_json(),
+        holdout=_holdout(fit),
+        versions=software_versions(),
+        active=not _failed_gates(stored_profile(store.sweep(sweep_id)), stops, fit),
     )
     return _result(store, sweep_id, stops, fit, curve_id, times)
 
@@ -126,7 +132,6 @@ def _result(
     times: SweepTimes | None,
 ) -> SweepResult:
     sweep = store.sweep(sweep_id)
-    problems = [stop.problem for stop in stops if stop.problem is not None]
     return SweepResult(
         sweep_id=sweep_id,
         rig=sweep.rig,
@@ -136,7 +141,7 @@ def _result(
         fit=fit,
         curve_id=curve_id,
         headline=headline(fit.best, fit.holdout),
-        failed_gates=(*_failed_gates(stored_profile(sweep), fit), *problems),
+        failed_gates=_failed_gates(stored_profile(sweep), stops, fit),
         times=times,
     )
 
@@ -162,15 +167,19 @@ def _holdout(fit: CurveFit) -> dict[str, object]:
     }
 
 
-def _failed_gates(profile: Profile, fit: CurveFit) -> list[str]:
+def _failed_gates(
+    profile: Profile, stops: tuple[StopResult, ...], fit: CurveFit
+) -> tuple[str, ...]:
+    problems = [stop.problem for stop in stops if stop.problem is not None]
     if fit.holdout is None:
-        return ["no distance was held out, so the depth error is unknown"]
+        return ("no distance was held out, so the depth error is unknown", *problems)
     limits = (
         ("rms", fit.holdout.rms_pct, profile.quality.holdout_rms_pct),
         ("largest", fit.holdout.max_pct, profile.quality.holdout_max_pct),
     )
-    return [
+    missed = [
         f"{name} depth error at held-out distances is {found:.4f} %, allowed {allowed:.4f} %"
         for name, found, allowed in limits
         if found > allowed
     ]
+    return (*missed, *problems)

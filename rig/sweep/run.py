@@ -2,11 +2,12 @@
 
 import statistics
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 from rig.database import Measurement, SampleKey, Store, software_versions
 from rig.devices import SystemClock
-from rig.errors import ConfigError, RigError, TargetError
+from rig.errors import ConfigError, RigError, StoreError, TargetError
 from rig.hardware import Hardware
 from rig.interrupts import Interrupts
 from rig.plan import Stop
@@ -95,12 +96,14 @@ def sweep_and_conclude(
             times = _take_all(job, sweep_id, setup, hardware, store, interrupts, show_progress)
         except BaseException as error:
             hardware.stage.stop()
-            state = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
-            store.finish_sweep(sweep_id, state)
             tell(
                 f"sweep {sweep_id} stopped, the stage stands still, every sample taken is stored; "
                 f"go on with: rig sweep {job.profile.name} --resume {sweep_id}"
             )
+            state = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
+            # On a full disk this fails as well; a sweep left `running` can be resumed all the same.
+            with suppress(StoreError):
+                store.finish_sweep(sweep_id, state)
             raise
         store.finish_sweep(sweep_id, "finished")
     return conclude_sweep(store, sweep_id, times)

@@ -235,6 +235,13 @@ def test_the_newest_active_curve_of_the_rig_is_taken(store: Store) -> None:
     assert store.active_curve("ours").id == newer
 
 
+def test_a_curve_that_missed_a_gate_is_taken_on_purpose_only(store: Store) -> None:
+    sweep_id = new_sweep(store, rig="ours")
+    curve_id = store.save_curve(sweep_id, curve={}, holdout={}, versions={}, active=False)
+    with pytest.raises(StoreError, match=f"its newest, {curve_id}, missed a quality gate"):
+        store.active_curve("ours")
+
+
 def test_a_curve_with_a_number_that_is_none_is_refused(store: Store) -> None:
     sweep_id = new_sweep(store)
     with pytest.raises(StoreError, match=r"cannot store a curve of sweep 1: .*not JSON compliant"):
