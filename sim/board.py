@@ -52,13 +52,10 @@ class Board:
         return points_mm @ self.rotation[:, :2].T + np.asarray(self.centre_mm)
 
     def shape(self) -> Shape:
-        """Return the board with its margin as a rectangle; its front looks at the cameras."""
+        """Return the board with its margin as a rectangle."""
         half_width_mm, half_height_mm = self.half_size_mm
         world_from_unit = np.eye(4)
-        # The unit rectangle shines towards its +z: half a turn about x makes that the board's -z.
-        world_from_unit[:3, 0] = self.rotation[:, 0] * half_width_mm
-        world_from_unit[:3, 1] = -self.rotation[:, 1] * half_height_mm
-        world_from_unit[:3, 2] = -self.rotation[:, 2]
+        world_from_unit[:3, :3] = self.rotation * (half_width_mm, half_height_mm, 1.0)
         world_from_unit[:3, 3] = self.centre_mm
         return Shape("rectangle", world_from_unit)
 

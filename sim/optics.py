@@ -14,7 +14,7 @@ from rig.profile.world import Vector
 Array = NDArray[np.float64]
 Distortion = tuple[float, float, float, float, float]
 
-_UNDISTORTED_WITHIN = 1e-12
+_UNDISTORTED_WITHIN = 1e-10
 _MOST_STEPS = 60
 
 

@@ -130,9 +130,10 @@ def _look(
 def _places_in_pixels(count: int) -> tuple[Picture, Picture]:
     """Places across and down inside pixels, -1 to 1, each (count, samples).
 
-    A rank-1 lattice, shifted at random in every pixel (R. Cranley, T. N. L. Patterson, "Randomization
-    of number theoretic methods for multiple integration", SIAM J. Numer. Anal. 13, 1976): without the
-    shift an edge along the pixel grid would be off by the same fraction of a sample everywhere.
+    A rank-1 lattice, shifted at random in every pixel: without the shift an edge along the pixel
+    grid would be off by the same fraction of a sample everywhere. Source: R. Cranley and
+    T. N. L. Patterson, "Randomization of number theoretic methods for multiple integration",
+    SIAM J. Numer. Anal. 13 (1976).
     """
     number = np.arange(_EDGE_SAMPLES, dtype=np.float32)
     shifts = np.random.Generator(np.random.SFC64(1)).random((2, count, 1), dtype=np.float32)
@@ -157,9 +158,9 @@ def _seen(surfaces: tuple[Surface, ...], origin_mm: Array, directions: Array) ->
     for number, surface in enumerate(surfaces):
         here = index == number
         points = origin_mm + distance[here][:, None] * directions[here]
-        unit_from_world = np.linalg.inv(surface.shape.world_from_unit)
+        unit_from_world = surface.shape.unit_from_world
         unit = points @ unit_from_world[:2, :3].T + unit_from_world[:2, 3]
-        light[here] = _texel(surface.radiance, (unit + 1.0) / 2.0)
+        light[here] = _texel(surface.texture, (unit + 1.0) / 2.0)
     return light
 
 

@@ -18,7 +18,7 @@ from sim.llvm import VARIABLE, usable_llvm
 from sim.optics import TrueCamera
 from sim.resample import FINER, Lens, Pinhole
 from sim.scenes.catalogue import Scene, static_surfaces
-from sim.surface import Surface
+from sim.surface import FLAT, Kind, Surface
 from sim.window import Window
 from sim.world import Moment
 
@@ -26,7 +26,9 @@ Array = NDArray[np.float64]
 Picture = NDArray[np.float32]
 
 _FAST, _EVERYWHERE = "llvm_ad_mono", "scalar_rgb"
-_NEAR_MM, _FAR_MM = 1.0, 1e5
+_NEAR_M, _FAR_M = 1e-3, 100.0
+_M_PER_MM = np.diag([1e-3, 1e-3, 1e-3, 1.0])
+"""mitsuba works in float32 with absolute tolerances made for scenes of about one unit."""
 _SAMPLES_BEHIND_BOARD = 4
 """Soft surroundings need no more rays per pixel."""
 
@@ -103,15 +105,15 @@ class MitsubaRenderer:
         world_from_cam = np.eye(4)
         # mitsuba's camera looks along +z with x to the left and y up.
         world_from_cam[:3, :3] = camera.rotation @ np.diag([-1.0, -1.0, 1.0])
-        world_from_cam[:3, 3] = camera.position_mm
+        world_from_cam[:3, 3] = np.asarray(camera.position_mm) * 1e-3
         return {
             "type": "perspective",
             "fov": float(np.degrees(2.0 * np.arctan(half_width))),
             "fov_axis": "x",
             "principal_point_offset_x": 0.5 - (pinhole.centre_px[0] + 0.5) / width_px,
             "principal_point_offset_y": 0.5 - (pinhole.centre_px[1] + 0.5) / height_px,
-            "near_clip": _NEAR_MM,
-            "far_clip": _FAR_MM,
+            "near_clip": _NEAR_M,
+            "far_clip": _FAR_M,
             "to_world": self._mi.ScalarTransform4f(world_from_cam),
             "sampler": {"type": "multijitter"},
             "film": {
@@ -134,12 +136,12 @@ class MitsubaRenderer:
         return self._shape(
             surface.shape.kind,
             surface.shape.world_from_unit,
-            {"bitmap": self._mi.Bitmap(surface.radiance[:, :, None]), "filter_type": "bilinear"},
+            {"bitmap": self._mi.Bitmap(surface.texture[:, :, None]), "filter_type": "bilinear"},
         )
 
     def _board(self, board: Board) -> dict[str, Any]:
         """One texel per square gives exact edges; the margin lies in the texture's outer ring."""
-        squares = np.ascontiguousarray(board.squares()[::-1])  # the unit rectangle's y runs up
+        squares = board.squares()
         ring_rows, ring_columns = squares.shape
         size = 2.0 * board.half_size_mm / board.square_mm / (ring_columns, ring_rows)
         start = (1.0 - board.margin_mm / board.square_mm) / np.array([ring_columns, ring_rows])
@@ -151,11 +153,12 @@ class MitsubaRenderer:
         }
         return self._shape("rectangle", board.shape().world_from_unit, texture)
 
-    def _shape(self, kind: str, world_from_unit: Array, texture: dict[str, Any]) -> dict[str, Any]:
+    def _shape(self, kind: Kind, world_from_unit: Array, texture: dict[str, Any]) -> dict[str, Any]:
         radiance = {"type": "bitmap", "raw": True, "wrap_mode": "clamp", **texture}
         return {
             "type": kind,
-            "to_world": self._mi.ScalarTransform4f(world_from_unit),
+            "to_world": self._mi.ScalarTransform4f(_M_PER_MM @ world_from_unit),
+            "flip_normals": kind in FLAT,
             "emitter": {"type": "area", "radiance": radiance},
         }
 
