@@ -1,0 +1,88 @@
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rig.database import Sample
+from rig.epipolar import Label
+from rig.plan import Stop
+from rig.profile import Profile
+from rig.report.epi import Epi, board_epis
+from rig.report.evidence import Picture
+from tests.support.board_images import BoardScene, digitised
+from tests.support.sweeps import SCENE, bench_profile
+
+
+def picture_of(scene: BoardScene, profile: Profile) -> Picture:
+    rng = np.random.default_rng(3)
+    images = [
+        digitised(scene.clean(view.x_steps, view.y_steps), noise=1.0, rng=rng)
+        for view in profile.views
+    ]
+    corners = scene.corners()
+    low, right, bottom = -0.9, scene.columns - 0.1, scene.rows - 0.1
+    ends = np.array([[low, low, 1], [right, low, 1], [right, bottom, 1], [low, bottom, 1]])
+    outline = ends @ scene.pixel_from_board().T
+    a, b, c = scene.plane().tolist()
+    u, v = scene.centre().tolist()
+    stop = Stop(0, scene.distance_mm, "fit", "forward")
+    sample = Sample(1, stop, 0, scene.distance_mm, datetime(2026, 1, 1, tzinfo=UTC), None,
+                    Path("nowhere"), ())  # fmt: skip
+    return Picture(
+        sample, np.stack(images), (u, v), (a, b, c), corners, outline[:, :2] / outline[:, 2:]
+    )
+
+
+def edges_px(grey: np.ndarray) -> np.ndarray:
+    """Where a line of pixels crosses the middle between black and white."""
+    above = grey - (float(grey.min()) + float(grey.max())) / 2.0
+    i = np.flatnonzero(np.signbit(above[:-1]) != np.signbit(above[1:]))
+    return i + above[i] / (above[i] - above[i + 1])
+
+
+def misses_px(epi: Epi, label: Label) -> list[float]:
+    """How far from a real edge each line passes in every view."""
+    found: list[float] = []
+    for step, grey in zip(epi.steps, epi.grey, strict=True):
+        real = edges_px(grey.astype(np.float64)) + epi.first_px
+        for edge in epi.edges:
+            place = edge.at_px - edge.slope_px * step
+            if edge.label == label and epi.first_px < place < epi.first_px + grey.size - 1:
+                found.append(float(np.abs(real - place).min()))
+    return found
+
+
+@pytest.mark.parametrize(("distance_mm", "label"), [(450.0, Label.NEARER), (1100.0, Label.BEYOND)])
+def test_lines_follow_the_edges_of_a_tilted_board_through_all_views(
+    distance_mm: float, label: Label
+) -> None:
+    profile = bench_profile()
+    scene = SCENE.with_changes(distance_mm=distance_mm, tilt_deg=(4.0, -9.0, 1.0))
+    horizontal, vertical = board_epis(profile, picture_of(scene, profile))
+    assert (horizontal.kind, vertical.kind) == ("H", "V")
+    assert horizontal.steps == (-1.06, 0.0, 0.93)
+    assert vertical.steps == (-0.95, 0.0, 1.08)
+    for epi, squares in ((horizontal, scene.columns + 1), (vertical, scene.rows + 1)):
+        on_board = [edge for edge in epi.edges if edge.label == label]
+        assert len(on_board) >= squares - 1
+        misses = misses_px(epi, label)
+        assert np.median(misses) < 0.15
+        assert max(misses) < 0.6
+
+
+def test_a_column_that_runs_along_an_edge_is_avoided() -> None:
+    # Nine corners across: the middle of the board lies on a corner line.
+    profile = bench_profile()
+    scene = SCENE.with_changes(distance_mm=500.0)
+    _, vertical = board_epis(profile, picture_of(scene, profile))
+    side_px = SCENE.focal_px * SCENE.square_mm / 500.0
+    away_px = abs(vertical.line_px - scene.centre()[0])
+    assert 0.1 * side_px < away_px < 0.9 * side_px
+
+
+def test_one_view_makes_no_epi() -> None:
+    profile = bench_profile()
+    row = profile.model_copy(update={"views": profile.views[:3]})
+    scene = SCENE.with_changes(distance_mm=600.0)
+    assert [epi.kind for epi in board_epis(row, picture_of(scene, row))] == ["H"]
