@@ -11,8 +11,8 @@ from rig.epipolar.views import Label, SlopeMap
 _FILL_REACH_PX = 32
 """How far a surface may be continued over pixels that have no texture of their own."""
 
-_KEPT_SHARE = 0.65
-"""Share of the white noise power that reaches the stitched slope: the line fit weighs fine grey
+_KEPT_SHARE = 0.35
+"""Share of the white noise power that counts in the stitched slope: the line fit weighs fine grey
 edges most, where the prefilter has taken noise away. Calibrated on rendered scenes."""
 
 

@@ -8,6 +8,7 @@ display of curved surfaces" (1974).
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.bands import run_in_bands
 from rig.epipolar.halves import HALVES, assign_halves
 from rig.epipolar.kernel import kernel
 
@@ -28,17 +29,19 @@ def hidden_somewhere(
     """
     half = assign_halves(x_steps, y_steps)
     reach = np.hypot(x_steps, y_steps)
-    hidden = np.zeros(slope_px.shape, np.bool_)
-    nearest = np.empty(slope_px.shape, np.float32)
-    for h in range(HALVES):
-        members = np.flatnonzero(half == h)
-        if len(members):
-            i = members[np.argmax(reach[members])]
-            _hide(
-                slope_px, np.float32(x_steps[i]), np.float32(y_steps[i]), np.float32(jump_px),
-                nearest, hidden,
-            )  # fmt: skip
-    return hidden
+    hidden = np.zeros((HALVES, *slope_px.shape), np.bool_)
+
+    def work(start: int, stop: int) -> None:
+        nearest = np.empty(slope_px.shape, np.float32)
+        for h in range(start, stop):
+            members = np.flatnonzero(half == h)
+            if len(members):
+                i = members[np.argmax(reach[members])]
+                step = np.float32(x_steps[i]), np.float32(y_steps[i])
+                _hide(slope_px, *step, np.float32(jump_px), nearest, hidden[h])
+
+    run_in_bands(work, HALVES)
+    return hidden.any(axis=0)
 
 
 @kernel()
@@ -50,18 +53,21 @@ def _hide(
     nearest: NDArray[np.float32],
     hidden: NDArray[np.bool_],
 ) -> None:
+    """Two passes over all pixels: the nearest slope per place in the view, then who is behind it."""
     height, width = slope.shape
-    nearest[:] = np.float32(-1e30)
     half = np.float32(0.5)
     for v in range(height):
         for u in range(width):
-            m = slope[v, u]
-            x, y = int(np.floor(u - m * x_step + half)), int(np.floor(v - m * y_step + half))
-            if 0 <= x < width and 0 <= y < height and nearest[y, x] < m:
-                nearest[y, x] = m
-    for v in range(height):
-        for u in range(width):
-            m = slope[v, u]
-            x, y = int(np.floor(u - m * x_step + half)), int(np.floor(v - m * y_step + half))
-            if 0 <= x < width and 0 <= y < height and nearest[y, x] > m + jump:
-                hidden[v, u] = True
+            nearest[v, u] = np.float32(-1e30)
+    for judging in range(2):
+        for v in range(height):
+            for u in range(width):
+                m = slope[v, u]
+                x = np.float32(u) - m * x_step + half
+                y = np.float32(v) - m * y_step + half
+                if x >= 0 and y >= 0 and x < width and y < height:
+                    column, row = np.uintp(np.int32(x)), np.uintp(np.int32(y))
+                    if judging == 1:
+                        hidden[v, u] = nearest[row, column] > m + jump
+                    else:
+                        nearest[row, column] = max(nearest[row, column], m)

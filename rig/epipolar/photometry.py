@@ -18,8 +18,8 @@ from rig.epipolar.search import Cameras, Window, search
 
 _SHRINK = 4
 _MIN_SIDE_PX = 16
-_ROUNDS = 6
-_PAIRS = 4000
+_ROUNDS = 4
+_PAIRS = 2000
 _QUANTILES = np.linspace(0.05, 0.95, 19)
 
 

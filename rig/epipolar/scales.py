@@ -10,6 +10,7 @@ from rig.epipolar.noise import noise_grey
 _PREFILTER_FROM_RATIO = 0.1
 """Noise over texture below which smoothing loses more than it gains."""
 _SMALLEST_PREFILTER_PX = 0.3
+_NOISE_VIEWS = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +56,9 @@ class Scales:
 
 
 def measure_scales(images: NDArray[np.float32], reference: int) -> Scales:
-    """Measure noise (median over the views) and texture (reference view) of images (V, H, W)."""
-    noise = float(np.median([noise_grey(image) for image in images]))
+    """Measure noise (median over some views) and texture (reference view) of images (V, H, W)."""
+    sampled = images[:: max(1, len(images) // _NOISE_VIEWS)]
+    noise = float(np.median([noise_grey(image) for image in sampled]))
     grey = images[reference]
     power = 0.5 * float((np.diff(grey, axis=0) ** 2).mean() + (np.diff(grey, axis=1) ** 2).mean())
     texture = max(power - 2.0 * noise**2, 0.0) ** 0.5

@@ -49,8 +49,8 @@ def stitch(
         line_px: (H, W) line optimum of every pixel.
         information: (H, W) its precision, any unit.
         grey: (H, W) reference view.
-        radius_px: half width of the window.
-        stride_px: distance of the neighbours taken.
+        radius_px: radius of the round window.
+        stride_px: 1 to take every pixel of it, 2 for every second one (a chess-board), and so on.
         slope_gate_px: difference of slope from which a neighbour does not count (Tukey biweight).
         grey_gate: difference of grey value at which a neighbour counts a quarter.
         ridge: information that holds the plane's tilt to zero.
@@ -62,7 +62,9 @@ def stitch(
     """
     height, width = slope_px.shape
     slope, variance, misfit = (np.empty((height, width), np.float32) for _ in range(3))
-    offsets = np.arange(-(radius_px // stride_px) * stride_px, radius_px + 1, stride_px)
+    dy, dx = np.mgrid[-radius_px : radius_px + 1, -radius_px : radius_px + 1]
+    taken = (dy**2 + dx**2 <= (radius_px + 0.5) ** 2) & ((dy + dx) % stride_px == 0)
+    offsets = np.stack([dy[taken], dx[taken]], axis=1)
 
     def work(start: int, stop: int) -> None:
         _stitch(
@@ -94,20 +96,17 @@ def _stitch(
     sums = np.empty((_SUMS, width), np.float32)
     for v in range(start, stop):
         sums[:] = np.float32(0)
-        for dy in offsets:
-            if 0 <= v + dy < height:
-                for dx in offsets:
-                    first, last = max(0, -dx), min(width, width - dx)
-                    if last > first:
-                        _add_neighbours(
-                            start_slope[v, first:last], grey[v, first:last],
-                            start_slope[v + dy, first + dx : last + dx],
-                            grey[v + dy, first + dx : last + dx],
-                            line[v + dy, first + dx : last + dx],
-                            information[v + dy, first + dx : last + dx],
-                            np.float32(dx), np.float32(dy), per_slope, per_grey,
-                            sums[:, first:last],
-                        )  # fmt: skip
+        for k in range(len(offsets)):
+            dy, dx = offsets[k, 0], offsets[k, 1]
+            first, last = max(0, -dx), min(width, width - dx)
+            if 0 <= v + dy < height and last > first:
+                _add_neighbours(
+                    start_slope[v, first:last], grey[v, first:last],
+                    start_slope[v + dy, first + dx : last + dx],
+                    grey[v + dy, first + dx : last + dx], line[v + dy, first + dx : last + dx],
+                    information[v + dy, first + dx : last + dx], np.float32(dx), np.float32(dy),
+                    per_slope, per_grey, sums[:, first:last],
+                )  # fmt: skip
         _solve(sums, ridge, start_slope[v], slope[v], variance[v], misfit[v])
 
 
