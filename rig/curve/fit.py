@@ -129,14 +129,15 @@ def choose(candidates: Sequence[Candidate]) -> Candidate:
     """Return the simplest candidate that is as good as the best within one standard error."""
     squares_px2 = [c.cv_squares_px2 for c in candidates]
     best_px2 = min(squares_px2, key=np.mean)
-    span_px = float(np.ptp(candidates[0].curve.domain_px))
-    for candidate, own_px2 in zip(candidates, squares_px2, strict=True):
+    # Misses of a billionth of the span are rounding: candidates that small are equal.
+    rounding_px2 = (1e-9 * float(np.ptp(candidates[0].curve.domain_px))) ** 2
+
+    def is_as_good(own_px2: NDArray[np.float64]) -> bool:
         worse_px2 = own_px2 - best_px2
-        error_px2 = float(worse_px2.std(ddof=1)) / np.sqrt(worse_px2.size)
-        # Misses of a billionth of the span are rounding: such candidates are equal.
-        if worse_px2.mean() <= error_px2 or own_px2.mean() <= (1e-9 * span_px) ** 2:
-            return candidate
-    raise AssertionError("the best candidate is as good as itself")
+        error_px2 = worse_px2.std(ddof=1) / np.sqrt(worse_px2.size)
+        return bool(worse_px2.mean() <= error_px2 or own_px2.mean() <= rounding_px2)
+
+    return next(c for c, own in zip(candidates, squares_px2, strict=True) if is_as_good(own))
 
 
 def _candidate(

@@ -15,9 +15,8 @@ from rig.curve.spline import Spline
 from rig.curve.two_lines import TwoLines
 from rig.errors import CurveError
 
-POLE_TRIALS = 301
-POLE_FARTHEST = 1e3
-"""A pole this many measured ranges away makes the law a straight line."""
+POLE_LADDER = np.geomspace(1e-2, 1e3, 101)
+"""Trial poles, in measured ranges before the nearest stop; the farthest makes a straight line."""
 
 
 def fit_physical(stops: Stops) -> FittedLaw[Physical]:
@@ -34,28 +33,15 @@ def fit_physical(stops: Stops) -> FittedLaw[Physical]:
 
 
 def nearly_physical(stops: Stops) -> Physical:
-    """Return the best of a ladder of poles in front of the nearest stop.
+    """Return the best law of a ladder of poles, and of a finer one about its best.
 
     With the pole given, the physical law is linear regression of slope on inverse distance: this
     needs no start and always has an answer.
     """
-    near_mm, far_mm = stops.distance_mm[0], stops.distance_mm[-1]
-    z0_mm = near_mm - (far_mm - near_mm) * np.geomspace(1e-2, POLE_FARTHEST, POLE_TRIALS)
-    weight = 1 / stops.variance_px2
-    weight /= weight.sum()
-    inverse = 1 / (stops.distance_mm - z0_mm[:, None])
-    inverse_mean = inverse @ weight
-    away = inverse - inverse_mean[:, None]
-    mean_px = float(weight @ stops.slope_px)
-    away_px = stops.slope_px - mean_px
-    a_px_mm = (away @ (weight * away_px)) / (away**2 @ weight)
-    miss_px = away_px - a_px_mm[:, None] * away
-    best = int(np.argmin(miss_px**2 @ weight))
-    return Physical(
-        float(z0_mm[best]),
-        float(a_px_mm[best]),
-        float(mean_px - a_px_mm[best] * inverse_mean[best]),
-    )
+    _, best = _best_pole(POLE_LADDER, stops)
+    finer = POLE_LADDER[best] * np.geomspace(0.8, 1.25, 1001)
+    law, _ = _best_pole(finer, stops)
+    return law
 
 
 def fit_physical_curved(stops: Stops) -> FittedLaw[PhysicalCurved]:
@@ -145,9 +131,25 @@ MODELS: Mapping[ModelName, Callable[[Stops], FittedLaw[Law]]] = MappingProxyType
 """Every model, the simplest first."""
 
 
+def _best_pole(ladder: NDArray[np.float64], stops: Stops) -> tuple[Physical, int]:
+    """The law of the rung (R,) that misses the stops least, and which rung that is."""
+    near_mm, far_mm = stops.distance_mm[0], stops.distance_mm[-1]
+    z0_mm = near_mm - (far_mm - near_mm) * ladder
+    weight = 1 / stops.variance_px2
+    weight /= weight.sum()
+    inverse = 1 / (stops.distance_mm - z0_mm[:, None])
+    mean_inverse, mean_px = inverse @ weight, float(weight @ stops.slope_px)
+    away, away_px = inverse - mean_inverse[:, None], stops.slope_px - mean_px
+    a_px_mm = (away @ (weight * away_px)) / (away**2 @ weight)
+    miss_px = away_px - a_px_mm[:, None] * away
+    best = int(np.argmin(miss_px**2 @ weight))
+    m_inf_px = mean_px - a_px_mm[best] * mean_inverse[best]
+    return Physical(float(z0_mm[best]), float(a_px_mm[best]), float(m_inf_px)), best
+
+
 def _refuse_no_camera(law: Physical, stops: Stops) -> None:
     near_mm, far_mm = stops.distance_mm[0], stops.distance_mm[-1]
-    farthest_mm = near_mm - 0.9 * POLE_FARTHEST * (far_mm - near_mm)
+    farthest_mm = near_mm - 0.9 * POLE_LADDER[-1] * (far_mm - near_mm)
     if not farthest_mm < law.z0_mm < near_mm or law.a_px_mm <= 0:
         raise CurveError(
             f"z0 = {law.z0_mm:.1f} mm and a = {law.a_px_mm:.1f} px mm are no camera that sees "
