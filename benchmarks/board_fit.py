@@ -7,16 +7,15 @@ import argparse
 import time
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar import RectifiedViews
 from rig.epipolar.board_fit import fit_board_slope
-from rig.epipolar.board_slope import BoardSlope
 from rig.geometry.board import Board
 from rig.geometry.corners import find_corners
 from tests.support.board_images import BoardScene, blurred, digitised
+from tests.support.slope_bound import slope_bound_px
 
 Float = NDArray[np.float64]
 
@@ -66,29 +65,6 @@ def random_scene(rng: np.random.Generator) -> BoardScene:
     )
 
 
-def bound_px(scene: BoardScene, clean: NDArray[np.float32], fit: BoardSlope, noise: float) -> float:
-    """Cramer-Rao bound of the slope at the centre: plane model, unknown texture.
-
-    Noise of the sensor and of rounding to whole grey levels; gradients of the clean picture,
-    exact by Fourier transform; every pixel inside the outline counts.
-    """
-    spectrum = np.fft.rfft2(clean)
-    along_y = 2j * np.pi * np.fft.fftfreq(scene.height)[:, None]
-    along_x = 2j * np.pi * np.fft.rfftfreq(scene.width)
-    inside = np.zeros(clean.shape, np.uint8)
-    cv2.fillConvexPoly(inside, np.round(fit.outline_px).astype(np.int32), 1)
-    y, x = np.nonzero(inside)
-    gradient = np.stack(
-        [np.fft.irfft2(spectrum * along, s=clean.shape)[y, x] for along in (along_x, along_y)]
-    )
-    steps = np.stack([X_STEPS, Y_STEPS])
-    steps = steps - steps.mean(axis=1, keepdims=True)
-    energy = ((steps.T @ gradient) ** 2).sum(axis=0)
-    design = np.stack([np.ones(x.size), x - fit.centre_px[0], y - fit.centre_px[1]])
-    information = (design * energy) @ design.T / (noise**2 + 1 / 12)
-    return float(np.sqrt(np.linalg.inv(information)[0, 0]))
-
-
 def measure(poses: int) -> dict[tuple[float, float], Cell]:
     """Fit every pose in every cell."""
     cells = {(blur, noise): Cell() for blur in BLURS_PX for noise in NOISES}
@@ -126,7 +102,7 @@ def _measure_one(
     cell.slope_px.append(fit.slope_px - truth)
     cell.track_px.append(fit.corner_slope_px - truth)
     cell.sigma_px.append(fit.sigma_px)
-    cell.bound_px.append(bound_px(scene, clean[0], fit, noise))
+    cell.bound_px.append(slope_bound_px(clean[0], fit, X_STEPS, Y_STEPS, noise))
     for view, (x, y) in zip(corners, zip(X_STEPS, Y_STEPS, strict=True), strict=True):
         cell.corner_px.append((view.xy_px - scene.corners(x, y)).ravel())
 

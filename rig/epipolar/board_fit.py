@@ -17,8 +17,8 @@ from rig.geometry.homography import fit_homography, grid_places, map_points
 
 Float = NDArray[np.float64]
 
-SMOOTH_PX = 1.0
-"""Gaussian before the fit: removes what pixels alias, at little loss of information."""
+SMOOTH_PX = 0.6
+"""Gaussian before the fit. Splines need some; every bit more than that costs information."""
 _BORDER_PX = 5.0
 """Blur and smoothing carry the background this far into the outermost squares."""
 _MIN_ENERGY = 0.02

@@ -77,15 +77,16 @@ def dense_board_slope(slopes: SlopeMap, board: BoardSlope) -> DenseBoardSlope:
     sigma = slopes.sigma_px[row, column].astype(np.float64)
     plane = np.array(board.plane) * (1, _BLOCK_PX, _BLOCK_PX)
     for _ in range(_STEPS):
-        weight = _robust(value - plane @ design, sigma) / sigma**2
+        weight, _ = _tukey(value - plane @ design, sigma)
         plane = np.linalg.solve((design * weight) @ design.T, design @ (weight * value))
-    weight = _robust(value - plane @ design, sigma) / sigma**2
-    score = design * (weight * (value - plane @ design))
+    residual = value - plane @ design
+    weight, rate = _tukey(residual, sigma)
+    score = design * (weight * residual)
     block = row // _BLOCK_PX * slopes.slope_px.shape[1] + column // _BLOCK_PX
     _, block = np.unique(block, return_inverse=True)
     summed = np.stack([np.bincount(block, line) for line in score])
-    inverse = np.linalg.inv((design * weight) @ design.T)
-    variance = (inverse @ (summed @ summed.T) @ inverse)[0, 0]
+    bread = np.linalg.inv((design * rate) @ design.T)
+    variance = (bread @ (summed @ summed.T) @ bread)[0, 0]
     return DenseBoardSlope(float(plane[0]), float(np.sqrt(variance)), int(row.size))
 
 
@@ -95,9 +96,10 @@ def _inside(slope: BoardSlope, shape: tuple[int, ...]) -> NDArray[np.bool_]:
     return mask > 0
 
 
-def _robust(residual: Float, sigma: Float) -> Float:
-    """Tukey weights of residuals in units of sigma, scaled by their own median."""
+def _tukey(residual: Float, sigma: Float) -> tuple[Float, Float]:
+    """Weights, and rates at which the weighted residuals change with the residuals."""
     normed = residual / sigma
     scale = 1.4826 * float(np.median(np.abs(normed))) + 1e-12
-    inside = np.clip(1 - (normed / (_TUKEY * scale)) ** 2, 0, None)
-    return inside**2
+    square = (normed / (_TUKEY * scale)) ** 2
+    inside = np.clip(1 - square, 0, None)
+    return inside**2 / sigma**2, inside * (1 - 5 * square) / sigma**2

@@ -47,7 +47,7 @@ class BoardSlope:
     views: tuple[int, ...]
     """Indices of the views that took part."""
     gains: tuple[float, ...]
-    """Brightness of each of these views relative to their mean."""
+    """Contrast of each of these views relative to their mean; foreshortening changes it, too."""
 
     def slope_at(self, x_px: Float, y_px: Float) -> Float:
         """Slope of the board's plane at pixels of the reference view."""

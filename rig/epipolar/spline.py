@@ -13,19 +13,20 @@ from rig.epipolar.kernel import kernel
 Float = NDArray[np.float64]
 Coefficients = NDArray[np.float32]
 
-_REACH = 14
-"""Half length of the smoothing filter; the spline's own pole has decayed to 1e-8 there."""
+_POLE = np.sqrt(3.0) - 2.0
+_REACH = 10
+"""Where powers of the pole are cut off: at 2e-6."""
 
 
 def spline_coefficients(picture: NDArray[np.generic], smooth_px: float) -> Coefficients:
     """Return cubic B-spline coefficients of a picture smoothed by a Gaussian.
 
     Smoothing and the inverse of the B-spline (Unser, "Splines: a perfect fit", 1999) are one short
-    filter, because the Gaussian removes the high frequencies that would make the inverse long.
+    filter, because the inverse's response, sqrt(3) (sqrt(3) - 2)^|k|, decays within a few pixels.
 
     Args:
         picture: (H, W) grey.
-        smooth_px: sigma of the Gaussian, at least 0.5.
+        smooth_px: sigma of the Gaussian; 0 for none.
     """
     taps = _taps(smooth_px)
     grey = np.ascontiguousarray(picture, np.float32)
@@ -34,10 +35,10 @@ def spline_coefficients(picture: NDArray[np.generic], smooth_px: float) -> Coeff
 
 
 def _taps(smooth_px: float) -> NDArray[np.float64]:
-    frequency = 2 * np.pi * np.fft.rfftfreq(256)
-    gauss = np.exp(-((smooth_px * frequency) ** 2) / 2)
-    response = np.fft.irfft(gauss * 3 / (2 + np.cos(frequency)))
-    taps = np.concatenate([response[-_REACH:], response[: _REACH + 1]])
+    inverse = _POLE ** np.abs(np.arange(-_REACH, _REACH + 1))
+    reach = int(np.ceil(5 * smooth_px))
+    gauss = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(smooth_px, 1e-9)) ** 2)
+    taps = np.convolve(inverse, gauss)
     return taps / taps.sum()
 
 

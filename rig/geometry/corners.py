@@ -17,7 +17,7 @@ from rig.geometry.board import Board
 from rig.geometry.board_diagnosis import MAX_BLUR_RATIO, MIN_SIDE_PX, why_not
 from rig.geometry.corner_fit import CrossingFit, fit_crossings
 from rig.geometry.homography import fit_homography, grid_places, map_points
-from rig.geometry.lattice import Lattice, grow_lattices
+from rig.geometry.lattice import Lattice, grow_lattices, without_strays
 from rig.geometry.saddles import find_saddles
 
 Float = NDArray[np.float64]
@@ -126,7 +126,7 @@ def _fit(
     pictures: list[NDArray[np.float32]], level: int, lattice: Lattice, board: Board
 ) -> Corners | None:
     """Corners in the finest picture that their blur is worth; None if it is not that board."""
-    turned = _oriented(lattice, board)
+    turned = _oriented(lattice, board) or _oriented(without_strays(lattice, _MIN_FOUND), board)
     if turned is None or turned.found.mean() < _MIN_FOUND:
         return None
     start = _completed(turned.xy_px)

@@ -13,6 +13,10 @@ _MAX_SINE = 0.25
 """A neighbour lies along the edge through the point, to about 14 degrees."""
 _OPPOSITE = -0.6
 """Neighbours have dark where the other has bright: cosine of twice the angle between."""
+_MAX_BEND = 0.2
+"""Change of step, in steps, from one square to the next: perspective and distortion stay below."""
+_ROUNDING_PX = 1.5
+"""What three corners to the nearest pixel may add to it."""
 _LONGEST_RATIO = 2.5
 """Steps of a lattice change slowly; a longer one has jumped over a corner."""
 
@@ -55,7 +59,7 @@ def grow_lattices(saddles: Saddles) -> list[Lattice]:
         if seed not in unseen:
             continue
         placed = _walk(seed, neighbour, saddles.axes, unseen)
-        lattice = _trimmed(_on_grid(placed, saddles))
+        lattice = without_strays(_on_grid(placed, saddles), 0.5)
         if min(lattice.shape) >= 2:
             lattices.append(lattice)
     return sorted(lattices, key=lambda lattice: -int(lattice.found.sum()))
@@ -147,16 +151,38 @@ def _on_grid(placed: dict[tuple[int, int], int], saddles: Saddles) -> Lattice:
     return Lattice(xy_px, bright)
 
 
-def _trimmed(lattice: Lattice) -> Lattice:
-    """Without outer rows and columns of which less than half is there: strays, not the board."""
-    xy_px, bright = lattice.xy_px, lattice.bright
-    while xy_px.shape[0] > 1 and xy_px.shape[1] > 1:
+def without_strays(lattice: Lattice, share: float) -> Lattice:
+    """Drop ends of lines that do not go on straight, then outer lines that are mostly empty.
+
+    Args:
+        lattice: As it was walked; chance saddles beside the board may have joined it.
+        share: Least share of its places that an outer row or column must have.
+    """
+    straight = _straight(lattice.xy_px)[..., None]
+    xy_px = np.where(straight, lattice.xy_px, np.nan)
+    bright = np.where(straight, lattice.bright, np.nan)
+    while min(xy_px.shape[:2]) > 1:
         found = np.isfinite(xy_px[..., 0])
         edges = [found[0], found[-1], found[:, 0], found[:, -1]]
-        share = [float(edge.mean()) for edge in edges]
-        worst = int(np.argmin(share))
-        if share[worst] >= 0.5:
+        filled = [float(edge.mean()) for edge in edges]
+        worst = int(np.argmin(filled))
+        if filled[worst] >= share:
             break
         cut = [np.s_[1:], np.s_[:-1], np.s_[:, 1:], np.s_[:, :-1]][worst]
         xy_px, bright = xy_px[cut], bright[cut]
     return Lattice(xy_px, bright)
+
+
+def _straight(xy_px: Float) -> NDArray[np.bool_]:
+    """(R, C) False for ends of rows or columns that do not continue the two points before them."""
+    keep = np.ones(xy_px.shape[:2], np.bool_)
+    for points, kept in ((xy_px, keep), (xy_px.transpose(1, 0, 2), keep.T)):
+        step = np.diff(points, axis=0)
+        length = np.linalg.norm(step, axis=-1)
+        bend = np.linalg.norm(np.diff(step, axis=0), axis=-1)
+        allowed = _MAX_BEND * np.minimum(length[1:], length[:-1]) + _ROUNDING_PX
+        bent, good = bend > allowed, np.zeros_like(kept)
+        good[1:-1] = bend <= allowed
+        kept[:-2] &= ~bent | good[:-2]
+        kept[2:] &= ~bent | good[2:]
+    return keep
