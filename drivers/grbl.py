@@ -81,7 +81,8 @@ class GrblStage:
         """Stop the stage if it may be moving, and close the port."""
         with self._lock:
             try:
-                if self._may_move and self._line.is_open:
+                # After DeviceLostError stopping has been tried; what it said must not be hidden.
+                if self._may_move and not isinstance(error, DeviceLostError):
                     self._halt()
             finally:
                 self._line.close()
@@ -102,6 +103,7 @@ class GrblStage:
     def position_mm(self) -> float:
         """See `Stage.position_mm`."""
         with self._lock:
+            self._link.begin()
             return self._read_position("asked for the position", READING_TIMEOUT_S)
 
     def home(self) -> None:
@@ -116,6 +118,7 @@ class GrblStage:
                 "clear the way to the reference switch and set it to true"
             )
         with self._lock:
+            self._link.begin()
             try:
                 # A controller locked by a limit heeds nothing but a reset.
                 self._link.reset()
@@ -138,6 +141,7 @@ class GrblStage:
                 self._name, wanted_mm=position_mm, travel_mm=self._config.travel_mm
             )
         with self._lock:
+            self._link.begin()
             deadline_s = self._clock.now_s() + timeout_s
             try:
                 here_mm = self._read_position("before the move", READING_TIMEOUT_S)
@@ -151,7 +155,9 @@ class GrblStage:
                 raise
 
     def stop(self) -> None:
-        """See `Stage.stop`; may be called from another thread while the stage moves.
+        """See `Stage.stop`; may be called from another thread or a signal handler in a move.
+
+        The call that moves then ends with StageAlarmError, code "stopped".
 
         A feed hold brakes the motion, then a reset clears whatever could resume. The position
         stays trusted if rest came before the reset; otherwise the stage must be homed again.
@@ -161,13 +167,13 @@ class GrblStage:
         """
         if not self._line.is_open:
             return
-        self._link.cancel(RESET if self._is_homing else HOLD)
-        with self._lock:
-            try:
+        try:
+            self._link.cancel(RESET if self._is_homing else HOLD)
+            with self._lock:
                 if self._line.is_open:
                     self._halt()
-            finally:
-                self._link.resume()
+        finally:
+            self._link.resume()
 
     # -- moving -------------------------------------------------------------------------------
 
@@ -248,9 +254,9 @@ class GrblStage:
         try:
             self._halt()
         except DeviceError as failed:
+            said, then = (str(e).removeprefix(f"{self._name}: ") for e in (error, failed))
             raise DeviceLostError(
-                self._name,
-                f"{error or type(error).__name__}; could not be stopped: {failed}",
+                self._name, f"{said or type(error).__name__}; could not be stopped: {then}"
             ) from error
 
     def _halt(self) -> None:

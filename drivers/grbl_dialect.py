@@ -137,11 +137,11 @@ _ALARMS = {
 }
 
 _REFUSALS = {
-    1: "a word did not begin with a letter",
-    2: "a number could not be read",
-    3: "unknown $ command",
+    1: "a word did not begin with a letter; if the line was damaged, check the cable",
+    2: "a number could not be read; if the line was damaged, check the cable",
+    3: "unknown $ command; if the line was damaged, check the cable",
     5: "homing is off; set $22=1",
-    8: "the controller is not idle",
+    8: "the controller is not idle; home first",
     9: "the controller is locked by an alarm; home first",
     10: "soft limits need homing; set $22=1",
     11: "the line was too long",

@@ -59,7 +59,9 @@ class GrblLink:
         self._device = device
         self._offset_mm: tuple[float, ...] | None = None
         self._noise = 0
-        self._cancelled = threading.Event()
+        self._cancelling = threading.Event()
+        self._cancels = 0
+        self._begun_at = 0
         self.is_homed = False
         """Whether machine coordinates mean anything; set after homing, cleared when lost."""
 
@@ -69,7 +71,8 @@ class GrblLink:
         Raises:
             DeviceNotFoundError: nothing like GRBL 1.1 answered.
         """
-        self._cancelled.clear()
+        self._cancelling.clear()
+        self.begin()
         self._offset_mm = None
         self._noise = 0
         self.is_homed = False
@@ -92,6 +95,15 @@ class GrblLink:
         return banner
 
     # -- asking -------------------------------------------------------------------------------
+
+    def begin(self) -> None:
+        """Begin something new: what was cancelled before does not touch it.
+
+        Raises:
+            StageAlarmError: a stop is still under way.
+        """
+        self._begun_at = self._cancels
+        self._check_cancelled()
 
     def command(self, text: str, timeout_s: float = ANSWER_TIMEOUT_S) -> list[Message | Setting]:
         """Send one line and return what was printed before its `ok`.
@@ -176,13 +188,14 @@ class GrblLink:
     # -- stopping -----------------------------------------------------------------------------
 
     def cancel(self, command: bytes) -> None:
-        """Send a realtime command from any thread, and make the call that waits give up."""
-        self._cancelled.set()
+        """Send a realtime command from any thread, and make whatever has begun give up."""
+        self._cancels += 1
+        self._cancelling.set()
         self._line.write(command)
 
     def resume(self) -> None:
-        """Take commands again after `cancel`."""
-        self._cancelled.clear()
+        """Let new things begin after `cancel`."""
+        self._cancelling.clear()
 
     def hold(self, timeout_s: float) -> bool:
         """Brake without losing steps; returns whether rest was confirmed in time."""
@@ -281,7 +294,7 @@ class GrblLink:
             )
 
     def _check_cancelled(self) -> None:
-        if self._cancelled.is_set():
+        if self._cancelling.is_set() or self._cancels != self._begun_at:
             raise StageAlarmError(
                 self._device, "stopped on request; move again when it is safe", code="stopped"
             )

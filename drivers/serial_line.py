@@ -11,6 +11,8 @@ from rig.errors import DeviceLostError, DeviceNotFoundError
 
 LONGEST_LINE = 512
 """More bytes without an end of line are noise."""
+CHUNK_BYTES = 4096
+"""Most bytes taken at a time."""
 SLICE_S = 0.02
 """Longest wait inside pyserial, so that the clock and other threads are looked at."""
 WRITE_TIMEOUT_S = 2.0
@@ -50,6 +52,7 @@ class SerialLine:
         self._device = device
         self._serial: _Port | None = None
         self._buffer = bytearray()
+        self._is_overlong = False
         self._noise_bytes = 0
 
     def __enter__(self) -> Self:
@@ -91,6 +94,7 @@ class SerialLine:
         except (OSError, ValueError) as error:
             raise DeviceNotFoundError(self._device, self._why_closed(error)) from error
         self._buffer.clear()
+        self._is_overlong = False
         self._noise_bytes = 0
 
     def close(self) -> None:
@@ -136,11 +140,14 @@ class SerialLine:
         while (end := self._buffer.find(b"\n")) >= 0:
             raw = bytes(self._buffer[:end])
             del self._buffer[: end + 1]
+            is_noise = self._is_overlong or len(raw) > LONGEST_LINE
+            self._is_overlong = False
             text = raw.decode("ascii", errors="replace").strip("\r")
-            if text:
-                self._noise_bytes += text.count("\ufffd")
+            self._noise_bytes += len(raw) if is_noise else text.count("\ufffd")
+            if text and not is_noise:
                 return text
         if len(self._buffer) > LONGEST_LINE:
+            self._is_overlong = True
             self._noise_bytes += len(self._buffer)
             self._buffer.clear()
         return None
@@ -150,7 +157,7 @@ class SerialLine:
         port = self._opened()
         try:
             waiting = port.in_waiting
-            data = port.read(max(1, waiting)) if waiting or waits else b""
+            data = port.read(min(max(1, waiting), CHUNK_BYTES)) if waiting or waits else b""
         except (OSError, TypeError) as error:
             # TypeError is what pyserial makes of a port that another thread closes meanwhile.
             raise self._lost(error) from error

@@ -4,10 +4,9 @@ Words G0 G1 G4 G20 G21 G53 G54 G80 G90 G91 G92 G94, X Y Z F N P S T; everything 
 `error:20`. Arcs, probing, spindle and coolant have no place on a stage.
 """
 
-import re
 from dataclasses import dataclass, replace
 
-from sim.firmware.grbl.settings import AXES
+from sim.firmware.grbl.settings import AXES, NUMBER
 
 Vector = tuple[float, float, float]
 
@@ -29,7 +28,6 @@ UNUSED_WORDS = 36
 
 MM_PER_INCH = 25.4
 
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)")
 _GROUPS = {
     4: "non-modal", 53: "non-modal", 92: "non-modal",
     0: "motion", 1: "motion", 80: "motion",
@@ -126,7 +124,7 @@ def _words(line: str) -> tuple[dict[str, int], dict[str, float]]:
         letter = line[at]
         if not "A" <= letter <= "Z":
             raise GcodeError(EXPECTED_LETTER)
-        number = _NUMBER.match(line, at + 1)
+        number = NUMBER.match(line, at + 1)
         if number is None:
             raise GcodeError(BAD_NUMBER)
         at = number.end()

@@ -2,7 +2,7 @@
 
 from collections.abc import Generator
 
-from sim.firmware.grbl.gcode import BAD_NUMBER, Block, GcodeError, parse_block
+from sim.firmware.grbl.gcode import Block, GcodeError, parse_block
 from sim.firmware.grbl.homing import home
 from sim.firmware.grbl.machine import SOFT_LIMIT, Machine, Program
 from sim.firmware.grbl.realtime import auto_start, realtime
@@ -95,24 +95,9 @@ def _system_command(machine: Machine, text: str) -> int:
         case "$I":
             machine.print(*BUILD_INFO)
         case _:
-            return _store_setting(machine, text)
+            machine.reports.refresh_offset()
+            return machine.settings.store(text[1:])
     return OK
-
-
-def _store_setting(machine: Machine, text: str) -> int:
-    name, equals, value = text[1:].partition("=")
-    try:
-        number = float(name)
-    except ValueError:
-        return BAD_NUMBER
-    if not equals:
-        return INVALID_STATEMENT
-    try:
-        code = machine.settings.store(number, float(value))
-    except ValueError:
-        return BAD_NUMBER
-    machine.reports.refresh_offset()
-    return code
 
 
 def _home(machine: Machine) -> Answer:

@@ -1,11 +1,15 @@
 """The numbered settings (`$$`) of GRBL 1.1."""
 
+import re
 from dataclasses import dataclass
 
 from rig.profile import FirmwareConfig
 
 AXES = "XYZ"
+NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)", re.ASCII)
+"""A number as GRBL reads it: no exponents."""
 
+BAD_NUMBER = 2
 NEGATIVE_VALUE = 4
 STEP_PULSE_TOO_SHORT = 6
 INVALID_STATEMENT = 3
@@ -18,6 +22,7 @@ _DEFAULTS: dict[int, float] = {
     100: 250.0, 101: 250.0, 102: 250.0, 110: 500.0, 111: 500.0, 112: 500.0,
     120: 10.0, 121: 10.0, 122: 10.0, 130: 200.0, 131: 200.0, 132: 200.0,
 }  # fmt: skip
+_NEVER_ZERO = frozenset({24, 25, 100, 101, 102, 110, 111, 112, 120, 121, 122})
 _WITH_DECIMALS = frozenset(n for n in _DEFAULTS if n in {11, 12, 24, 25, 27} or n >= 100)
 
 
@@ -55,13 +60,21 @@ class GrblSettings:
             for number, value in sorted(self.values.items())
         ]
 
-    def store(self, number: float, value: float) -> int:
-        """Write one setting; returns the error code, 0 when it was taken."""
-        if number != int(number) or int(number) not in self.values:
+    def store(self, assignment: str) -> int:
+        """Execute `number=value`; returns the error code, 0 when it was taken."""
+        name, equals, text = assignment.partition("=")
+        if not NUMBER.fullmatch(name):
+            return BAD_NUMBER
+        if not equals or float(name) not in self.values:
             return INVALID_STATEMENT
-        if value < 0.0:
+        if not NUMBER.fullmatch(text):
+            return BAD_NUMBER
+        return self._store(int(float(name)), float(text))
+
+    def _store(self, key: int, value: float) -> int:
+        # A real controller takes 0 steps per mm or no acceleration, and then divides by it.
+        if value < 0.0 or (value == 0.0 and key in _NEVER_ZERO):
             return NEGATIVE_VALUE
-        key = int(number)
         if key == 0 and value < 3:
             return STEP_PULSE_TOO_SHORT
         if key == 20 and value and not self.homing:

@@ -11,6 +11,8 @@ from sim.firmware.grbl.settings import GrblSettings
 from sim.motion import Phase, braking, trapezoid
 
 PLANNER_BLOCKS = 15
+LEAST_FEED_MM_S = 1.0 / 60.0
+"""GRBL never plans slower than 1 mm per minute."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +123,9 @@ class Steppers:
         """Move the carried axis past all limits, as homing does."""
         target = list(self._counted_mm)
         target[self._axis] += way_mm
-        self._run(t_s, self._in_steps(_vector(target)), speed_mm_s)
+        target_mm = self._in_steps(_vector(target))
+        if target_mm != self._counted_mm:
+            self._run(t_s, target_mm, speed_mm_s)
 
     def brake(self, t_s: float) -> None:
         """Come to rest as fast as the acceleration allows."""
@@ -183,11 +187,12 @@ class Steppers:
         settings = self._settings
         rate_mm_s = min(settings.max_rate_mm_s(i) / s for i, s in enumerate(shares) if s)
         acceleration = min(settings.acceleration_mm_s2(i) / s for i, s in enumerate(shares) if s)
+        speed_mm_s = rate_mm_s if feed_mm_s is None else min(rate_mm_s, feed_mm_s)
         phases = trapezoid(
             t_s,
             0.0,
             length_mm,
-            speed_mm_s=rate_mm_s if feed_mm_s is None else min(rate_mm_s, feed_mm_s),
+            speed_mm_s=max(speed_mm_s, LEAST_FEED_MM_S),
             acceleration_mm_s2=acceleration,
         )
         switch_s = self._switch_time_s(phases, way[self._axis] / length_mm)

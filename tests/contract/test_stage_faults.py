@@ -1,0 +1,119 @@
+"""Whatever happens on the wire, a stage never reports a place where the board is not.
+
+Every fault of `sim.wire.faults` strikes at seeded moments of one session: open, home, move there
+and back. Then one of two things must hold: all went well and the board truly is where it was
+reported, or one of our errors was told, in bounded time, and the motor stands unless the error
+says that it could not be stopped.
+"""
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import pytest
+
+from rig.errors import DeviceLostError, RigError
+from sim.wire.faults import (
+    BrownOut,
+    Delay,
+    Drop,
+    Duplicate,
+    Fault,
+    FaultyWire,
+    Garble,
+    HangUp,
+    Silence,
+    Split,
+    Toward,
+)
+from tests.support.stages import simulated_bench
+
+PLACES_MM = (150.0, 121.0, 199.0)
+MOVE_TIMEOUT_S = 10.0
+LONGEST_S = 90.0
+"""Opening, homing, moves and stopping, each with all its attempts, take no longer together."""
+LATEST_BYTE = 4500
+"""About as many bytes pass in a session without a fault."""
+MICROSTEP_MM = 0.004
+
+
+def toward(rng: random.Random) -> Toward:
+    return rng.choice(("host", "device"))
+
+
+MAKERS: dict[str, Callable[[int, random.Random], Fault]] = {
+    "drop": lambda at, rng: Drop(at, toward(rng), rng.choice((1, 1, 2, 5, 40))),
+    "duplicate": lambda at, rng: Duplicate(at, toward(rng), rng.choice((1, 1, 2, 30))),
+    "garble": lambda at, rng: Garble(
+        at, toward(rng), rng.choice((1, 1, 3, 30)), rng.getrandbits(32)
+    ),
+    "delay": lambda at, rng: Delay(at, toward(rng), rng.choice((0.05, 0.5, 2.5, 8.0))),
+    "split": lambda at, rng: Split(at, toward(rng), rng.choice((0.001, 0.01))),
+    "silence": lambda at, _: Silence(at),
+    "hang up": lambda at, _: HangUp(at),
+    "brown-out": lambda at, _: BrownOut(at),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """What came of one session with a fault."""
+
+    wire: FaultyWire
+    error: RigError | None
+    took_s: float
+
+
+def run_session(fault: Fault) -> Session:
+    wires: list[FaultyWire] = []
+
+    def before(firmware: object) -> FaultyWire:
+        wires.append(FaultyWire(firmware, fault))  # pyright: ignore[reportArgumentType]
+        return wires[0]
+
+    told: RigError | None = None
+    with simulated_bench(before=before) as bench:
+        start_s = bench.clock.now_s()
+        try:
+            with bench.stage as stage:
+                stage.home()
+                for wanted_mm in PLACES_MM:
+                    reached_mm = stage.move_to(wanted_mm, MOVE_TIMEOUT_S)
+                    assert reached_mm == pytest.approx(wanted_mm, abs=0.02)
+                    assert bench.true_mm() == pytest.approx(wanted_mm, abs=MICROSTEP_MM), fault
+        except RigError as error:
+            told = error
+        took_s = bench.clock.now_s() - start_s
+        assert took_s < LONGEST_S, fault
+        assert isinstance(told, DeviceLostError) or not bench.is_moving(), fault
+    return Session(wires[0], told, took_s)
+
+
+def test_without_a_fault_all_is_well() -> None:
+    session = run_session(Drop(10**9, "host"))
+    assert session.error is None
+    assert not session.wire.has_struck
+    assert session.wire.passed_bytes == pytest.approx(LATEST_BYTE, rel=0.2)
+
+
+def strike(kind: str, count: int, seed: int) -> list[Session]:
+    rng = random.Random(f"{kind} {seed}")  # noqa: S311
+    return [run_session(MAKERS[kind](rng.randrange(LATEST_BYTE), rng)) for _ in range(count)]
+
+
+@pytest.mark.parametrize("kind", MAKERS)
+def test_a_fault_never_gives_a_wrong_place(kind: str) -> None:
+    sessions = strike(kind, 8, seed=1)
+    assert any(session.wire.has_struck for session in sessions)
+
+
+@pytest.mark.parametrize("kind", ["silence", "hang up", "brown-out"])
+def test_what_ends_the_dialogue_is_always_told(kind: str) -> None:
+    for session in strike(kind, 4, seed=2):
+        assert session.error is not None or not session.wire.has_struck
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", MAKERS)
+def test_a_fault_never_gives_a_wrong_place_at_many_moments(kind: str) -> None:
+    strike(kind, 150, seed=3)

@@ -1,0 +1,72 @@
+"""Stages to test, and the simulated bench behind them with its truth."""
+
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from drivers.grbl import GrblStage
+from rig.profile import CarriageConfig, FirmwareConfig, GrblStageConfig
+from sim.carriage import Carriage
+from sim.clock import VirtualClock
+from sim.firmware.grbl import GrblFirmware
+from sim.wire import Firmware, plug
+
+URL = "sim://test-stage"
+ZERO_MM = 210.0
+
+STAGE = GrblStageConfig(
+    kind="grbl",
+    port=URL,
+    travel_mm=(110.0, 200.0),
+    distance_at_machine_zero_mm=ZERO_MM,
+    speed_mm_s=80.0,
+    homing_timeout_s=20.0,
+)
+FIRMWARE = FirmwareConfig(travel_mm=120.0, homing_locate_mm_s=20.0, homing_pause_s=0.05)
+CARRIAGE = CarriageConfig(
+    board_at_machine_zero_mm=ZERO_MM, power_up_mm=-40.0, backlash_mm=0.12, ring_mm=0.25
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """A stage that is not yet open, and what is true about it."""
+
+    stage: GrblStage
+    clock: VirtualClock
+    carriage: Carriage
+    wire: Firmware
+
+    def true_mm(self) -> float:
+        """Where the board really is, after it has stopped ringing."""
+        return ZERO_MM + self.carriage.travelled_mm(self.clock.now_s() + 10.0)
+
+    def is_moving(self) -> bool:
+        """Whether the motor turns, or will."""
+        now_s = self.clock.now_s()
+        later_mm = [self.carriage.travelled_mm(now_s + 10.0 + wait_s) for wait_s in (0.0, 0.5)]
+        return (
+            abs(self.carriage.travelled_mm(now_s) - later_mm[0]) > 0.3 or later_mm[0] != later_mm[1]
+        )
+
+
+@contextmanager
+def simulated_bench(
+    stage: GrblStageConfig = STAGE,
+    firmware: FirmwareConfig = FIRMWARE,
+    carriage: CarriageConfig = CARRIAGE,
+    before: Callable[[Firmware], Firmware] = lambda firmware: firmware,
+) -> Generator[Bench]:
+    """Plug a simulated controller in and describe the stage that talks to it.
+
+    Args:
+        stage: the profile's part.
+        firmware: settings of the controller.
+        carriage: mechanics.
+        before: puts something before the firmware, such as a faulty wire.
+    """
+    clock = VirtualClock(100.0)
+    mechanics = Carriage(carriage, clock)
+    wire = before(GrblFirmware(firmware, mechanics, clock))
+    with plug(URL, wire):
+        yield Bench(GrblStage(stage, clock), clock, mechanics, wire)

@@ -1,0 +1,126 @@
+"""From lines to values: the words of GRBL 1.1, its dialects, and anything else."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivers.grbl_dialect import (
+    Alarm,
+    Banner,
+    Message,
+    Noise,
+    Ok,
+    Refused,
+    Reply,
+    Setting,
+    Status,
+    alarm_text,
+    parse_reply,
+    refusal_text,
+)
+
+HOME = (-2.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("line", "reply"),
+    [
+        ("ok", Ok()),
+        ("error:9", Refused(9)),
+        ("ALARM:2", Alarm(2)),
+        ("Grbl 1.1h ['$' for help]", Banner("1.1h")),
+        ("GrblHAL 1.1f ['$' or '$HELP' for help]", Banner("1.1f")),
+        ("Grbl 3.7 [FluidNC v3.7.8 (wifi) '$' for help]", Banner("3.7")),
+        ("$130=820.000", Setting(130, 820.0)),
+        ("$110=500.000 (x max rate, mm/min)", Setting(110, 500.0)),
+        ("[VER:1.1h.20190830:]", Message("VER", "1.1h.20190830:")),
+        ("[MSG:'$H'|'$X' to unlock]", Message("MSG", "'$H'|'$X' to unlock")),
+        ("<Idle|MPos:-2.000,0.000,0.000|FS:0,0>", Status("Idle", HOME, None, None)),
+        (
+            "<Hold:1|WPos:-2.000,0.000,0.000|Bf:15,128|FS:0,0|Pn:XZ|WCO:-2.000,0.000,0.000>",
+            Status("Hold:1", None, HOME, HOME),
+        ),
+        (
+            "<Run|MPos:-2.000,0.000,0.000,7.000|Ov:100,100,100|A:SF|TLR:0>",
+            Status("Run", (*HOME, 7.0), None, None),
+        ),
+    ],
+)
+def test_what_grbl_says_is_understood(line: str, reply: Reply) -> None:
+    assert parse_reply(line) == reply
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "",
+        "okok",
+        "ALARM:",
+        "error:x",
+        "Grbl",
+        "<Idle>",
+        "<Idle|FS:0,0>",
+        "<Idle|MPos:-2.000,0.000|FS:0,0>",
+        "<Idle|MPos:-2.00,0.000,0.000|FS:0,0>",
+        "<Idle|MPos:-2.0000,0.0000,0.0000|FS:0,0>",
+        "<Idle|MPos:-2.000,0.000,0.000|MPos:-3.000,0.000,0.000>",
+        "<Idle|MPos:-2.000,0.000,0.000|WPos:-3.000,0.000,0.000>",
+        "<Idle|MPos:-2.000,0.000,0.000|FS:0,0",
+        "<Idle|MPos:-2.000,0.0\ufffd0,0.000|FS:0,0>",
+        "<Idle|MPos:-2.000,0.000,0.000|WCO:1,2,3>",
+        "<Idle|MPos:\u0661.000,0.000,0.000|FS:0,0>",
+    ],
+)
+def test_damaged_lines_are_noise(line: str) -> None:
+    assert parse_reply(line) == Noise(line)
+
+
+@given(st.binary(max_size=100))
+def test_any_bytes_give_a_value(data: bytes) -> None:
+    parse_reply(data.decode("ascii", errors="replace"))
+
+
+FRAGMENTS = [
+    "<",
+    ">",
+    "|",
+    "Idle",
+    "MPos:",
+    "WCO:",
+    "-2.000",
+    ",",
+    "ok",
+    "error:",
+    "9",
+    "$",
+    "=",
+    "[",
+]
+
+
+@given(st.lists(st.sampled_from([*FRAGMENTS, "]", ":", "Grbl ", "1.1h", "ALARM:"]), max_size=20))
+def test_any_mixture_of_its_words_gives_a_value(words: list[str]) -> None:
+    parse_reply("".join(words))
+
+
+@given(st.lists(st.integers(-999_999, 999_999), min_size=3, max_size=3))
+def test_positions_are_read_exactly(microns: list[int]) -> None:
+    text = ",".join(f"{value / 1000:.3f}" for value in microns)
+    reply = parse_reply(f"<Idle|MPos:{text}|FS:0,0>")
+    assert isinstance(reply, Status)
+    assert reply.machine_mm == tuple(value / 1000 for value in microns)
+
+
+def test_versions_compare_as_numbers() -> None:
+    assert Banner("0.9j").number < (1, 1) <= Banner("1.1h").number < Banner("10.2").number
+
+
+@pytest.mark.parametrize("code", [*range(1, 10), 98])
+def test_alarms_say_what_to_do(code: int) -> None:
+    assert alarm_text(code).startswith(f"ALARM:{code}: ")
+    assert len(alarm_text(code)) > 30
+
+
+@pytest.mark.parametrize("code", [1, 2, 3, 5, 8, 9, 15, 20, 22, 77])
+def test_refusals_have_a_reason(code: int) -> None:
+    assert refusal_text(code).startswith(f"error:{code}: ")
