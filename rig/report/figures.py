@@ -74,7 +74,9 @@ def draw_svg(name: str, description: str, height_in: float, draw: Callable[[Figu
         figure.savefig(written, format="svg", metadata=_NO_METADATA)
     svg = written.getvalue()
     svg = svg[svg.index("<svg") :]
-    # Several figures share one page: their ids must differ.
+    # Several figures share one page: their ids must differ. Those of images are made of the pixels,
+    # so that equal pictures collide, and nothing refers to them.
+    svg = re.sub(r'(<image [^>]*?) id="[^"]*"', r"\1", svg)
     svg = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", svg)
     return svg.replace("<svg", f'<svg role="img" aria-label="{escape(description)}"', 1)
 

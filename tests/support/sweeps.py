@@ -16,7 +16,7 @@ from rig.sweep.conclude import SweepResult, conclude_sweep
 from rig.sweep.measure import CORNERS, OUTLINE
 from tests.support.board_images import BoardScene, digitised
 
-SCENE = BoardScene(width=320, height=200, focal_px=305.0, background_contrast=30.0)
+SCENE = BoardScene(width=320, height=200, focal_px=305.0)
 NEAR_TO_FAR_MM = (400.0, 470.0, 550.0, 640.0, 700.0, 800.0, 920.0, 1050.0, 1200.0)
 
 
@@ -103,7 +103,8 @@ def _pictures(profile: Profile, distance_mm: float) -> MultiView:
 @cache
 def _picture(distance_mm: float, place: tuple[float, float]) -> NDArray[np.uint8]:
     clean = SCENE.with_changes(distance_mm=distance_mm).clean(*place)
-    return digitised(clean, noise=1.0, rng=np.random.default_rng(1))
+    seed = [round(distance_mm), *(round(1000 + 100 * step) for step in place)]
+    return digitised(clean, noise=1.0, rng=np.random.default_rng(seed))
 
 
 def _measurement(recipe: SweepRecipe, stop: Stop, rng: np.random.Generator) -> Measurement:

@@ -3,11 +3,12 @@ import subprocess
 import sys
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 
 from rig.errors import ConfigError, StoreError
-from rig.report import write_report
+from rig.report import write, write_report
 from tests.unit.report.conftest import Reported
 
 
@@ -141,12 +142,11 @@ def test_the_same_sweep_gives_the_same_bytes(least: Reported) -> None:
     assert again.read_text(encoding="utf-8") == least.html
 
 
-def test_a_report_that_cannot_be_written_leaves_nothing(least: Reported) -> None:
-    folder = least.result.report.with_name("taken")
-    (folder / "report.html" / "full").mkdir(parents=True)
+def test_what_cannot_be_put_in_place_leaves_nothing_behind(tmp_path: Path) -> None:
+    (tmp_path / "report.html" / "full").mkdir(parents=True)
     with pytest.raises(StoreError, match="cannot write the report"):
-        write_report(least.store, replace(least.result, report=folder / "report.html"))
-    assert [path.name for path in folder.iterdir()] == ["report.html"]
+        write._write_atomically(tmp_path / "report.html", "text")
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
 
 
 def test_a_missing_folder_is_a_store_error(least: Reported) -> None:
