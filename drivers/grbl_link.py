@@ -197,8 +197,8 @@ class GrblLink:
         """Let new things begin after `cancel`."""
         self._cancelling.clear()
 
-    def hold(self, timeout_s: float) -> bool:
-        """Brake without losing steps; returns whether rest was confirmed in time."""
+    def hold(self, timeout_s: float) -> None:
+        """Brake without losing steps, and wait for rest; at the timeout `reset` will tell."""
         deadline_s = self._clock.now_s() + timeout_s
         while self._clock.now_s() < deadline_s:
             self._line.write(HOLD + STATUS)
@@ -207,13 +207,12 @@ class GrblLink:
                 if isinstance(reply, Banner):
                     self.is_homed = False
                 if isinstance(reply, Alarm | Banner):
-                    return True
+                    return
                 if isinstance(reply, Status):
                     if reply.state in STATES_AT_REST:
-                        return True
+                        return
                     break
             self._clock.sleep_s(POLL_S)
-        return False
 
     def reset(self) -> None:
         """Clear everything that is queued; the position is lost if the controller says so.

@@ -1,5 +1,6 @@
 """`rig sim`: simulated devices for other programs."""
 
+import sys
 from enum import StrEnum
 from typing import Annotated
 
@@ -51,7 +52,7 @@ def stage(
         else:
             show(port)
             tell(f"a {protocol.value} stage answers at {port}, 115200 baud; Ctrl-C ends it")
-        typer.get_text_stream("stdout").flush()
+        sys.stdout.flush()
 
     try:
         serve_simulated_stage(profile, announce)

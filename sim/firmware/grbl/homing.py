@@ -1,5 +1,7 @@
 """The homing cycle (`$H`)."""
 
+import math
+
 from sim.firmware.grbl.machine import HOMING_NO_SWITCH, HOMING_PULL_OFF, Machine, Program
 from sim.firmware.grbl.realtime import realtime
 from sim.firmware.grbl.report import State
@@ -17,13 +19,15 @@ def home(machine: Machine) -> Program:
     """
     machine.state = State.HOMING
     machine.steppers.flush()
-    values = machine.settings.values
-    seek_mm_s, locate_mm_s, pull_off_mm = values[25] / 60.0, values[24] / 60.0, values[27]
-    search_mm = SEARCH * machine.settings.max_travel_mm(machine.axis)
-    yield from _approach_and_leave(machine, search_mm, seek_mm_s)
-    yield from _approach_and_leave(machine, LOCATE * pull_off_mm, locate_mm_s)
+    settings, axis = machine.settings, machine.axis
+    travel_mm, pull_off_mm = settings.max_travel_mm(axis), settings.values[27]
+    seek_mm_s, locate_mm_s = settings.values[25] / 60.0, settings.values[24] / 60.0
+    up = -1.0 if settings.homes_down(axis) else 1.0
+    yield from _approach_and_leave(machine, up * SEARCH * travel_mm, seek_mm_s)
+    yield from _approach_and_leave(machine, up * LOCATE * pull_off_mm, locate_mm_s)
     if not machine.flags.reset:
-        machine.steppers.set_counted(-pull_off_mm)
+        switch_mm = -travel_mm if settings.homes_down(axis) else 0.0
+        machine.steppers.set_counted(switch_mm - up * pull_off_mm)
     yield from realtime(machine)
     if not machine.is_aborted:
         machine.state = State.IDLE
@@ -37,7 +41,7 @@ def _approach_and_leave(machine: Machine, way_mm: float, speed_mm_s: float) -> P
     machine.is_approaching = False
     if not machine.has_found_switch:
         _fail(machine, HOMING_NO_SWITCH)
-    yield from _run(machine, -values[27], values[25] / 60.0)
+    yield from _run(machine, -math.copysign(values[27], way_mm), values[25] / 60.0)
     if machine.steppers.is_switch_closed:
         _fail(machine, HOMING_PULL_OFF)
 

@@ -104,6 +104,10 @@ class GrblSettings:
         """$13: reports in inches."""
         return bool(self.values[13])
 
+    def homes_down(self, axis: int) -> bool:
+        """$23: homing searches towards smaller coordinates; the simulated switch is at 0."""
+        return bool(int(self.values[23]) >> axis & 1)
+
     def steps_per_mm(self, axis: int) -> float:
         """$100 and following."""
         return self.values[100 + axis]

@@ -135,6 +135,13 @@ def test_homing_without_a_switch_fails() -> None:
     assert console.say("$H\n", HOME_S) == ["ALARM:9", "ok", *BANNER]
 
 
+def test_homing_in_the_wrong_direction_finds_no_switch(locked: Console) -> None:
+    locked.say("$23=1\n")
+    assert locked.say("$H\n", HOME_S) == ["ALARM:9", "ok", *BANNER]
+    true_mm = locked.carriage.travelled_mm(locked.clock.now_s())
+    assert true_mm == pytest.approx(-50.0 - 1.5 * 200.0, abs=0.01)
+
+
 def test_homing_fails_if_the_switch_stays_closed() -> None:
     mechanics = CarriageConfig(board_at_machine_zero_mm=500.0, power_up_mm=-50.0, backlash_mm=3.0)
     console = Console(mechanics)
