@@ -4,13 +4,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.line import UNSEEN, LineFits
+from rig.epipolar.line import MISFIT_LIMIT, UNSEEN, LineFits
+from rig.epipolar.rank import mean
 from rig.epipolar.scales import Scales
 from rig.epipolar.views import Label, SlopeMap
 
 _FILL_REACH_PX = 32
 """How far a surface may be continued over pixels that have no texture of their own."""
 
+_CONTRADICTION = 0.55 * MISFIT_LIMIT
+_SPOT_RADIUS_PX, _REGION_RADIUS_PX, _REGION_SHARE = 2, 15, 0.3
 _KEPT_SHARE = 0.35
 """Share of the white noise power that counts in the stitched slope: the line fit weighs fine grey
 edges most, where the prefilter has taken noise away. Calibrated on rendered scenes."""
@@ -32,6 +35,9 @@ def judge(
     larger, by what the scatter of the neighbours' lines amounts to. The prefilter makes the noise
     of neighbours alike, which gives its power back in a sum over many pixels.
 
+    Where the views contradict the slope (a wrong hypothesis, a hidden or mirroring surface), sigma
+    is that of a blind guess: as the next frame's hypothesis it opens the search again.
+
     A pixel whose neighbourhood cannot tell the slope within the searched range keeps the slope of
     its surroundings with the sigma of a blind guess, unless the nearest evidence is over
     `_FILL_REACH_PX` away: then it has no answer.
@@ -41,6 +47,7 @@ def judge(
     blind_px = range_px / np.sqrt(12.0)
     sigma = np.minimum(np.sqrt(power * variance), blind_px).astype(np.float32)
     evident = sigma < 0.25 * blind_px
+    sigma[_contradicted(lines.misfit)] = blind_px
     away = cv2.distanceTransform((~evident).astype(np.uint8), cv2.DIST_L2, 3)
     if not evident.any():
         away[:] = np.inf
@@ -51,3 +58,16 @@ def judge(
     slope = np.where(none, np.float32(np.nan), slope_px).astype(np.float32)
     sigma[none] = np.nan
     return SlopeMap(slope, sigma, label, warnings)
+
+
+def _contradicted(misfit: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Pixels whose views do not agree with their slope, (H, W).
+
+    Where a good share of a region, or of the whole picture, is contradicted, the rest of it agrees
+    by chance.
+    """
+    spot = mean(misfit, _SPOT_RADIUS_PX) > _CONTRADICTION
+    if spot.mean() > _REGION_SHARE:
+        return np.ones_like(spot)
+    region = mean(spot.astype(np.float32), _REGION_RADIUS_PX) > _REGION_SHARE
+    return spot | region

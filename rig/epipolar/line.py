@@ -16,6 +16,7 @@ from rig.epipolar.halves import HALVES, assign_halves
 from rig.epipolar.kernel import kernel
 from rig.epipolar.sampling import pad, sample_points
 
+MISFIT_LIMIT = 3.0
 SEEN, HALF_HIDDEN, UNSEEN = 0, 1, 2
 """All halves see the point; one half of an axis does not; it falls outside all other views."""
 
@@ -28,10 +29,9 @@ class LineFits:
     """(H, W)."""
     information: NDArray[np.float32]
     """(H, W) weighted sum of squared mean-centred grey slopes, (grey / (px per step))^2."""
-    residual: NDArray[np.float32]
-    """(H, W) weighted sum of squared grey residuals over all views."""
-    weight: NDArray[np.float32]
-    """(H, W) sum of the weights of all views, the reference's own 1 included."""
+    misfit: NDArray[np.float32]
+    """(H, W) mean grey difference to the reference over the halves that see the point, in Cauchy
+    scales, each view counted as `MISFIT_LIMIT` at most."""
     sight: NDArray[np.uint8]
     """(H, W) `SEEN`, `HALF_HIDDEN` or `UNSEEN`."""
 
@@ -63,7 +63,7 @@ def fit_lines(
     half = assign_halves(x_steps, y_steps)
     xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
     slope = np.empty((height, width), np.float32)
-    information, residual, weight = (np.empty((height, width), np.float32) for _ in range(3))
+    information, misfit = (np.empty((height, width), np.float32) for _ in range(2))
     sight = np.empty((height, width), np.uint8)
 
     def work(start: int, stop: int) -> None:
@@ -72,11 +72,11 @@ def fit_lines(
         sums[8] = np.arange(width)
         _fit_lines(
             padded, xs, ys, half, reference, slope_px, np.float32(1 / scale), np.float32(reach_px),
-            start, stop, rows, sums, slope, information, residual, weight, sight,
+            start, stop, rows, sums, slope, information, misfit, sight,
         )  # fmt: skip
 
     run_in_bands(work, height)
-    return LineFits(slope, information, residual, weight, sight)
+    return LineFits(slope, information, misfit, sight)
 
 
 @kernel()
@@ -95,8 +95,7 @@ def _fit_lines(
     sums: NDArray[np.float32],
     slope: NDArray[np.float32],
     information: NDArray[np.float32],
-    residual: NDArray[np.float32],
-    weight: NDArray[np.float32],
+    misfit: NDArray[np.float32],
     sight: NDArray[np.uint8],
 ) -> None:
     """Row by row: sample all views, drop hidden halves, sum the normal equations, solve."""
@@ -119,9 +118,9 @@ def _fit_lines(
                     row[u] -= centre[u]
         for u in range(width):
             centre[u] = np.float32(0)
-        _leave_out_hidden(grey, half, per_scale, seen, sums, sight[v])
+        _leave_out_hidden(grey, half, per_scale, seen, sums, misfit[v], sight[v])
         _sum_up(grey, tilt, seen, per_scale, sums)
-        _step(sums, reach, start_slope[v], slope[v], information[v], residual[v], weight[v])
+        _step(sums, reach, start_slope[v], slope[v], information[v])
 
 
 @kernel()
@@ -131,6 +130,7 @@ def _leave_out_hidden(
     per_scale: np.float32,
     seen: NDArray[np.float32],
     sums: NDArray[np.float32],
+    mean: NDArray[np.float32],
     sight: NDArray[np.uint8],
 ) -> None:
     """Unmark the half of an axis that fits much worse than the other."""
@@ -139,6 +139,8 @@ def _leave_out_hidden(
     for u in range(grey.shape[1]):
         any_view = sums[1, u] + sums[3, u] + sums[5, u] + sums[7, u]
         sight[u] = SEEN if any_view > 0 else UNSEEN
+        total = np.float32(0)
+        count = np.float32(0)
         for h in range(HALVES):
             misfit, members = sums[2 * h, u], sums[2 * h + 1, u]
             other_misfit, others = sums[2 * (h ^ 1), u], sums[2 * (h ^ 1) + 1, u]
@@ -147,6 +149,10 @@ def _leave_out_hidden(
                 sight[u] = HALF_HIDDEN
                 for i in range(len(half)):
                     seen[i, u] *= np.float32(half[i] != h)
+            else:
+                total += misfit
+                count += members
+        mean[u] = total / max(count, np.float32(1))
 
 
 @kernel()
@@ -160,7 +166,7 @@ def _misfit(
     members: NDArray[np.float32],
 ) -> None:
     """Sum of the truncated differences to the reference over the views of one half."""
-    limit = np.float32(3)
+    limit = np.float32(MISFIT_LIMIT)
     for u in range(len(misfit)):
         misfit[u] = np.float32(0)
         members[u] = np.float32(0)
@@ -180,24 +186,23 @@ def _sum_up(
     per_scale: np.float32,
     sums: NDArray[np.float32],
 ) -> None:
-    """Weighted sums of 1, j, g, jj, jg, gg over the views (j tilt, g grey difference)."""
+    """Weighted sums of 1, j, g, jj, jg over the views (j tilt, g grey difference)."""
     views, width = grey.shape
-    sw, swj, swg, swjj, swjg, swgg = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
+    sw, swj, swg, swjj, swjg = sums[0], sums[1], sums[2], sums[3], sums[4]
     for u in range(width):
-        sw[u] = swj[u] = swg[u] = swjj[u] = swjg[u] = swgg[u] = np.float32(0)
+        sw[u] = swj[u] = swg[u] = swjj[u] = swjg[u] = np.float32(0)
     for i in range(views):
         gs, js, s = grey[i], tilt[i], seen[i]
         for u in range(width):
             g, j = gs[u], js[u]
             t = g * per_scale
             w = s[u] / (np.float32(1) + t * t)
-            wj, wg = w * j, w * g
+            wj = w * j
             sw[u] += w
             swj[u] += wj
-            swg[u] += wg
+            swg[u] += w * g
             swjj[u] += wj * j
             swjg[u] += wj * g
-            swgg[u] += wg * g
 
 
 @kernel()
@@ -207,8 +212,6 @@ def _step(
     start_slope: NDArray[np.float32],
     slope: NDArray[np.float32],
     information: NDArray[np.float32],
-    residual: NDArray[np.float32],
-    weight: NDArray[np.float32],
 ) -> None:
     """Solve for slope and grey value; the grey value is eliminated (mean-centred sums)."""
     for u in range(len(slope)):
@@ -218,8 +221,5 @@ def _step(
         known = info > np.float32(1e-12)
         info = info if known else np.float32(0)
         move = max(min(-cross / info, reach), -reach) if known else np.float32(0)
-        rest = sums[5, u] - swg * swg / sw + np.float32(2) * move * cross + move * move * info
         slope[u] = start_slope[u] + move
         information[u] = info
-        residual[u] = max(rest, np.float32(0))
-        weight[u] = sw

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
 from rig.epipolar.kernel import kernel
+from rig.epipolar.rank import highest, lowest
 
 _BINS = 64
 
@@ -45,13 +46,12 @@ def guided_median(
         grey_scale: grey difference at which a neighbour's weight falls to a quarter.
     """
     result = slope_px.copy()
-    window = np.ones((2 * radius_px + 1, 2 * radius_px + 1), np.uint8)
-    lowest, highest = cv2.erode(slope_px, window), cv2.dilate(slope_px, window)
+    low, high = lowest(slope_px, radius_px), highest(slope_px, radius_px)
     rows, columns = (index.astype(np.int32) for index in np.nonzero(where))
 
     def work(start: int, stop: int) -> None:
         _median(
-            slope_px, grey, lowest, highest, rows, columns, radius_px, np.float32(1 / grey_scale),
+            slope_px, grey, low, high, rows, columns, radius_px, np.float32(1 / grey_scale),
             start, stop, result,
         )  # fmt: skip
 
@@ -63,8 +63,8 @@ def guided_median(
 def _median(
     slope: NDArray[np.float32],
     grey: NDArray[np.float32],
-    lowest: NDArray[np.float32],
-    highest: NDArray[np.float32],
+    lows: NDArray[np.float32],
+    highs: NDArray[np.float32],
     rows: NDArray[np.int32],
     columns: NDArray[np.int32],
     radius: int,
@@ -80,7 +80,7 @@ def _median(
         v, u = rows[k], columns[k]
         top, bottom = max(v - radius, 0), min(v + radius + 1, height)
         left, right = max(u - radius, 0), min(u + radius + 1, width)
-        low, high = lowest[v, u], highest[v, u]
+        low, high = lows[v, u], highs[v, u]
         if high <= low:
             continue
         per_bin = np.float32(_BINS - 1) / (high - low)

@@ -41,7 +41,7 @@ def hidden_somewhere(
                 _hide(slope_px, *step, np.float32(jump_px), nearest, hidden[h])
 
     run_in_bands(work, HALVES)
-    return hidden.any(axis=0)
+    return np.logical_or.reduce(hidden, axis=0)
 
 
 @kernel()
@@ -53,7 +53,7 @@ def _hide(
     nearest: NDArray[np.float32],
     hidden: NDArray[np.bool_],
 ) -> None:
-    """Two passes over all pixels: the nearest slope per place in the view, then who is behind it."""
+    """First find the nearest slope at every place of the view, then who lies behind it."""
     height, width = slope.shape
     half = np.float32(0.5)
     for v in range(height):

@@ -5,8 +5,6 @@ pixels show the same point; the grey values of these pairs give gain and offset 
 regression.
 """
 
-from typing import cast
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -36,17 +34,8 @@ def equalise(images: NDArray[np.float32], cameras: Cameras, window: Window) -> N
             for image, (gain, offset) in zip(images, first, strict=True)
         ]
     )
-    small_window = Window(
-        *(
-            cast(
-                "NDArray[np.float32]",
-                cv2.resize(bound, size, interpolation=cv2.INTER_NEAREST) / np.float32(shrink),
-            )
-            for bound in (window.low_px, window.high_px)
-        )
-    )
     scales = Scales(noise=0.1 * float(np.std(small[reference])) + 1e-6, texture=0.0)
-    slope = search(small, cameras, small_window, scales)
+    slope = search(small, cameras, window.shrunk(shrink), scales)
     equal = np.empty_like(images)
 
     def work(start: int, stop: int) -> None:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from rig.epipolar.aggregate import aggregate, winners
 from rig.epipolar.median import guided_median, near_jumps
 from rig.epipolar.narrow import narrow_costs
+from rig.epipolar.rank import median_of_nine
 from rig.epipolar.scales import Scales, measure_scales
 from rig.epipolar.sweep import sweep_costs
 from rig.epipolar.views import SlopePrior
@@ -25,6 +26,8 @@ LABEL_SHIFT_PX = 0.4
 """Distance of neighbouring slope labels, as the shift it makes in the outermost view."""
 _COARSE_FROM_LABELS = 96
 _NARROW_UP_TO_LABELS = 8
+_FEW = 0.05
+"""Share of pixels without a narrow window up to which a quarter-size search is enough."""
 _STEP_PENALTY, _LOW_PENALTY, _JUMP_PENALTY = 6, 8, 24
 _COARSE_MEDIAN_RADIUS_PX = 3
 
@@ -59,6 +62,15 @@ class Window:
     def middle_px(self) -> NDArray[np.float32]:
         """(H, W), what is expected if the window is narrow."""
         return np.float32(0.5) * (self.low_px + self.high_px)
+
+    def shrunk(self, shrink: int) -> "Window":
+        """Return the window of images that are `shrink` times smaller."""
+        size = (self.low_px.shape[1] // shrink, self.low_px.shape[0] // shrink)
+        low, high = (
+            cast("NDArray[np.float32]", cv2.resize(bound, size, interpolation=cv2.INTER_NEAREST))
+            for bound in (self.low_px, self.high_px)
+        )
+        return Window(low / np.float32(shrink), high / np.float32(shrink))
 
     def widest_px(self) -> float:
         """Width of the widest window, px per view step."""
@@ -104,15 +116,17 @@ def search(
     images: NDArray[np.float32], cameras: Cameras, window: Window, scales: Scales
 ) -> NDArray[np.float32]:
     """Slope of every pixel to within about a label, (H, W), inside its window."""
-    widest_px = window.widest_px()
-    if widest_px <= cameras.step_px:
-        return window.middle_px
-    if widest_px <= _NARROW_UP_TO_LABELS * cameras.step_px:
+    wide = window.high_px - window.low_px > _NARROW_UP_TO_LABELS * cameras.step_px
+    if not wide.any():
+        if window.widest_px() <= cameras.step_px:
+            return window.middle_px
         return _search_narrow(images, cameras, window, scales)
     labels = _labels(float(window.low_px.min()), float(window.high_px.max()), cameras.step_px)
+    if wide.mean() < _FEW:
+        return np.where(wide, _search_coarse(images, cameras, window, 4), window.middle_px)
     if len(labels) <= _COARSE_FROM_LABELS:
         return _search_all(images, cameras, window, scales, labels)
-    return _search_coarse(images, cameras, window)
+    return np.where(wide, _search_coarse(images, cameras, window, 2), window.middle_px)
 
 
 def _labels(low_px: float, high_px: float, step_px: float) -> NDArray[np.float32]:
@@ -134,7 +148,7 @@ def _search_all(
     slope = winners(
         aggregate(costs, *penalties, _STEP_PENALTY), labels, window.low_px, window.high_px
     )
-    return window.hold(_median_of_nine(slope))
+    return window.hold(median_of_nine(slope))
 
 
 def _search_narrow(
@@ -150,22 +164,18 @@ def _search_narrow(
     penalties = _jump_penalties(images[cameras.reference], scales)
     total = aggregate(costs, *penalties, _STEP_PENALTY)
     offset = winners(total, offsets, window.low_px - middle, window.high_px - middle)
-    return window.hold(_median_of_nine(middle + offset))
+    return window.hold(median_of_nine(middle + offset))
 
 
 def _search_coarse(
-    images: NDArray[np.float32], cameras: Cameras, window: Window
+    images: NDArray[np.float32], cameras: Cameras, window: Window, shrink: int
 ) -> NDArray[np.float32]:
-    """Exhaustive search at half size; slopes halve with the pixels."""
+    """Exhaustive search of smaller images; slopes shrink with the pixels."""
     height, width = images.shape[1:]
-    half = (width // 2, height // 2)
-    small = np.stack([cv2.resize(i, half, interpolation=cv2.INTER_AREA) for i in images])
+    size = (width // shrink, height // shrink)
+    small = np.stack([cv2.resize(i, size, interpolation=cv2.INTER_AREA) for i in images])
+    small_window = window.shrunk(shrink)
     scales = measure_scales(small, cameras.reference)
-    bounds = (
-        0.5 * cv2.resize(bound, half, interpolation=cv2.INTER_NEAREST)
-        for bound in (window.low_px, window.high_px)
-    )
-    small_window = Window(*(cast("NDArray[np.float32]", bound) for bound in bounds))
     low_px, high_px = float(small_window.low_px.min()), float(small_window.high_px.max())
     labels = _labels(low_px, high_px, cameras.step_px)
     slope = _search_all(small, cameras, small_window, scales, labels)
@@ -177,11 +187,7 @@ def _search_coarse(
         grey_scale=2.0 * scales.likeness,
     )
     slope = cv2.resize(slope, (width, height), interpolation=cv2.INTER_NEAREST)
-    return window.hold(np.float32(2) * cast("NDArray[np.float32]", slope))
-
-
-def _median_of_nine(slope_px: NDArray[np.float32]) -> NDArray[np.float32]:
-    return cast("NDArray[np.float32]", cv2.medianBlur(slope_px, 3))
+    return window.hold(np.float32(shrink) * cast("NDArray[np.float32]", slope))
 
 
 def _jump_penalties(

@@ -7,12 +7,12 @@ equations fuses both (inverse-variance weighting). The value a at the centre is 
 inverse of the normal matrix its variance.
 """
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
 from rig.epipolar.kernel import kernel
+from rig.epipolar.rank import highest
 
 _SUMS = 11
 _BEHIND_SHARE = np.float32(0.02)
@@ -26,7 +26,7 @@ def behind_jumps(
     The grey edge of the nearer surface moves with that surface, but its blur reaches into the
     first pixel of the farther one and would tell that pixel the wrong slope with much confidence.
     """
-    nearest = cv2.dilate(slope_px, np.ones((3, 3), np.uint8))
+    nearest = highest(slope_px, 1)
     return np.where(nearest > slope_px + jump_px, _BEHIND_SHARE * information, information)
 
 

@@ -1,0 +1,34 @@
+"""Lowest, highest and middle slope of a neighbourhood, and its mean (OpenCV's filters, typed)."""
+
+from typing import cast
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Map = NDArray[np.float32]
+
+
+def lowest(values: Map, radius_px: int) -> Map:
+    """Minimum over a square window, (H, W)."""
+    return cast("Map", cv2.erode(values, _square(radius_px)))
+
+
+def highest(values: Map, radius_px: int) -> Map:
+    """Maximum over a square window, (H, W)."""
+    return cast("Map", cv2.dilate(values, _square(radius_px)))
+
+
+def median_of_nine(values: Map) -> Map:
+    """Median over 3 x 3 pixels, (H, W)."""
+    return cast("Map", cv2.medianBlur(values, 3))
+
+
+def mean(values: Map, radius_px: int) -> Map:
+    """Mean over a square window, (H, W)."""
+    size = 2 * radius_px + 1
+    return cast("Map", cv2.blur(values, (size, size)))
+
+
+def _square(radius_px: int) -> NDArray[np.uint8]:
+    return np.ones((2 * radius_px + 1, 2 * radius_px + 1), np.uint8)
