@@ -14,8 +14,8 @@ Float = NDArray[np.float64]
 Coefficients = NDArray[np.float32]
 
 _POLE = np.sqrt(3.0) - 2.0
-_REACH = 10
-"""Where powers of the pole are cut off: at 2e-6."""
+_REACH = 8
+"""Where powers of the pole are cut off: at 3e-5."""
 
 
 def spline_coefficients(picture: NDArray[np.generic], smooth_px: float) -> Coefficients:

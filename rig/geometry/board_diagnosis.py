@@ -56,7 +56,7 @@ def why_not(image: Image, board: Board, seen: list[Lattice]) -> TargetError:
 def _is_plane(lattice: Lattice) -> bool:
     """Whether it looks like a flat board rather than chance."""
     found = lattice.found
-    if min(lattice.shape) < 3 or int(found.sum()) < _FEWEST:
+    if int(found.sum()) < _FEWEST:
         return False
     places, xy_px = grid_places(*lattice.shape)[found], lattice.xy_px[found]
     apart = map_points(fit_homography(places, xy_px), places) - xy_px

@@ -13,6 +13,7 @@ _MAX_SINE = 0.25
 """A neighbour lies along the edge through the point, to about 14 degrees."""
 _OPPOSITE = -0.6
 """Neighbours have dark where the other has bright: cosine of twice the angle between."""
+_FEWEST = 9
 _MAX_BEND = 0.2
 """Change of step, in steps, from one square to the next: perspective and distortion stay below."""
 _ROUNDING_PX = 1.5
@@ -51,7 +52,7 @@ class Lattice:
 
 
 def grow_lattices(saddles: Saddles) -> list[Lattice]:
-    """Join saddles into lattices of at least 2 x 2, largest first."""
+    """Join saddles into lattices, largest first; those of less than 3 x 3 corners are left out."""
     neighbour = _neighbours(saddles)
     unseen = set(range(len(saddles)))
     lattices: list[Lattice] = []
@@ -59,8 +60,10 @@ def grow_lattices(saddles: Saddles) -> list[Lattice]:
         if seed not in unseen:
             continue
         placed = _walk(seed, neighbour, saddles.axes, unseen)
+        if len(placed) < _FEWEST:
+            continue
         lattice = without_strays(_on_grid(placed, saddles), 0.5)
-        if min(lattice.shape) >= 2:
+        if min(lattice.shape) >= 3:
             lattices.append(lattice)
     return sorted(lattices, key=lambda lattice: -int(lattice.found.sum()))
 

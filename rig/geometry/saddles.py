@@ -67,7 +67,7 @@ def _strongest(strength: Picture, *, border: int) -> tuple[NDArray[np.intp], NDA
         none = np.empty(0, np.intp)
         return none, none
     peak = inner == cv2.dilate(inner, np.ones((5, 5), np.uint8))
-    row, column = np.nonzero(peak & (inner > 0))
+    row, column = np.divmod(np.flatnonzero(peak & (inner > 0)), inner.shape[1])
     values = inner[row, column]
     order = np.argsort(-values, kind="stable")[:MAX_SADDLES]
     if order.size:
