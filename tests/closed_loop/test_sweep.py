@@ -72,6 +72,7 @@ def test_backlash_matters_and_the_approach_cancels_it(rig: Command):
     assert worst_difference_px("--set", "stage.approach_mm=0.0") > 0.05
 
 
+@pytest.mark.slow
 def test_a_board_outside_the_picture_is_named_and_loses_nothing(rig: Command):
     """Near stops do not show all of the board: they are named, the others make the curve."""
     answer = rig(
