@@ -1,12 +1,12 @@
 """The main loop of the simulated GRBL: lines in, answers out."""
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 
 from sim.firmware.grbl.gcode import Block, GcodeError, parse_block
 from sim.firmware.grbl.homing import home
 from sim.firmware.grbl.machine import SOFT_LIMIT, Machine, Program
 from sim.firmware.grbl.realtime import auto_start, realtime
-from sim.firmware.grbl.report import BANNER, BUILD_INFO, HELP, State, modes_line
+from sim.firmware.grbl.report import BANNER, BUILD_INFO, HELP, State, modes_line, parameter_lines
 from sim.firmware.grbl.settings import INVALID_STATEMENT, SETTING_DISABLED
 
 OK = 0
@@ -77,27 +77,40 @@ def _execute(machine: Machine, line: str) -> Answer:
 
 def _system_command(machine: Machine, text: str) -> int:
     """Execute what needs no waiting."""
+    is_ready = machine.state in {State.IDLE, State.ALARM}
+    if text in {"$", "$G"} or (text == "$$" and machine.state is State.JOG):
+        machine.print(*_lines_about(machine, text))
+    elif text == "$X":
+        if machine.state is State.ALARM:
+            machine.print("[MSG:Caution: Unlocked]")
+            machine.state = State.IDLE
+    elif not is_ready:
+        return NOT_IDLE
+    elif lines := _lines_about(machine, text):
+        machine.print(*lines)
+    else:
+        machine.reports.refresh_offset()
+        return machine.settings.store(text[1:])
+    return OK
+
+
+def _lines_about(machine: Machine, text: str) -> Sequence[str]:
+    """Return the answer to a question, nothing if it is none."""
     match text:
         case "$":
-            machine.print(HELP)
-        case "$$" if machine.state in {State.CYCLE, State.HOLD}:
-            return NOT_IDLE
+            return (HELP,)
         case "$$":
-            machine.print(*machine.settings.lines())
+            return machine.settings.lines()
         case "$G":
-            machine.print(modes_line(machine.modes))
-        case "$X":
-            if machine.state is State.ALARM:
-                machine.print("[MSG:Caution: Unlocked]")
-                machine.state = State.IDLE
-        case _ if machine.state not in {State.IDLE, State.ALARM}:
-            return NOT_IDLE
+            return (modes_line(machine.modes),)
         case "$I":
-            machine.print(*BUILD_INFO)
+            return BUILD_INFO
+        case "$#":
+            return parameter_lines(machine.modes.offset_mm)
+        case "$N":
+            return ("$N0=", "$N1=")
         case _:
-            machine.reports.refresh_offset()
-            return machine.settings.store(text[1:])
-    return OK
+            return ()
 
 
 def _home(machine: Machine) -> Answer:

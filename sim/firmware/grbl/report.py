@@ -102,6 +102,15 @@ class StatusReports:
         return ",".join(f"{value / self._unit_mm:.{decimals}f}" for value in values_mm)
 
 
+def parameter_lines(offset_mm: Vector) -> list[str]:
+    """Return the answer to `$#`; only the G92 offset is ever other than zero."""
+    zero = "0.000,0.000,0.000"
+    names = ("G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30")
+    offset = ",".join(f"{value:.3f}" for value in offset_mm)
+    systems = [f"[{name}:{zero}]" for name in names]
+    return [*systems, f"[G92:{offset}]", "[TLO:0.000]", f"[PRB:{zero}:0]"]
+
+
 def modes_line(modes: Modes) -> str:
     """Return the answer to `$G`."""
     return (

@@ -111,6 +111,8 @@ def test_a_locked_controller_takes_settings_but_no_motion(locked: Console) -> No
         ("(a comment) ; another", "ok"),
         ("g0 x -1.5 (there) ; quickly", "ok"),
         ("$", "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]"),
+        ("$#", "[G54:0.000,0.000,0.000]"),
+        ("$N", "$N0="),
         ("$G", "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]"),
     ],
 )
