@@ -9,22 +9,32 @@ import numpy as np
 from jinja2 import Environment, StrictUndefined
 
 from rig.curve import CurveFit
+from rig.database import Store
 from rig.report import numbers
 from rig.report.curve_plots import holdout_figure, residual_figure, slope_figure
 from rig.report.epi import board_epis
 from rig.report.epi_plots import epi_figure
-from rig.report.evidence import Evidence
+from rig.report.evidence import Evidence, gather
 from rig.report.gates import quality_gates
 from rig.report.picture_plots import corner_figure, failure_figure
 from rig.report.scatter import EstimatorGap, direction_pairs, estimator_gaps, repeatability
 from rig.report.stop_plots import estimator_figure, repeat_figure, temperature_figure
+from rig.sweep.conclude import SweepResult
 from rig.sweep.request import sweep_setup
 
 TEMPLATE = "report.html.j2"
 
 
-def render_page(evidence: Evidence) -> str:
-    """Return the report as one HTML file without any outside resource."""
+def report_html(store: Store, result: SweepResult) -> str:
+    """Return the report as one HTML file that needs nothing else.
+
+    Raises:
+        StoreError: the sweep, its curve or a frame is missing or damaged.
+    """
+    return _render(gather(store, result))
+
+
+def _render(evidence: Evidence) -> str:
     result = evidence.result
     fit, curve = result.fit, result.fit.best
     gaps = estimator_gaps(result.stops, curve, evidence.profile.quality.holdout_max_pct)

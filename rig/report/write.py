@@ -2,20 +2,22 @@
 
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from rig.database import Store
 from rig.database.trouble import explained
 from rig.errors import ConfigError
-from rig.report.evidence import gather
-from rig.sweep.conclude import SweepResult
+
+if TYPE_CHECKING:
+    from rig.database import Store
+    from rig.sweep.conclude import SweepResult
 
 _EXTRA = ("matplotlib", "jinja2")
 
 
-def write_report(store: Store, result: SweepResult) -> Path:
+def write_report(store: "Store", result: "SweepResult") -> Path:
     """Write the report of a sweep to `result.report`: there completely or not at all.
 
-    The same sweep and curve give the same bytes.
+    The same result of the same sweep gives the same bytes.
 
     Args:
         store: where the sweep and its frames are.
@@ -29,8 +31,8 @@ def write_report(store: Store, result: SweepResult) -> Path:
         StoreError: a frame is missing or damaged, or the file cannot be written.
     """
     try:
-        # Here, because the plot library alone takes half a second to import.
-        from rig.report.page import render_page  # noqa: PLC0415
+        # Here, because plot library and mathematics take a second to import.
+        from rig.report.page import report_html  # noqa: PLC0415
     except ModuleNotFoundError as error:
         if error.name is None or error.name.partition(".")[0] not in _EXTRA:
             raise
@@ -38,7 +40,7 @@ def write_report(store: Store, result: SweepResult) -> Path:
             f"asked for the report of sweep {result.sweep_id}, {error.name} is not installed; "
             f"pip install 'epirig[report]', then rig report {result.sweep_id}"
         ) from error
-    _write_atomically(result.report, render_page(gather(store, result)))
+    _write_atomically(result.report, report_html(store, result))
     return result.report
 
 
