@@ -82,7 +82,8 @@ def planned_times(profile: Profile, stops: tuple[Stop, ...], samples: int) -> Sw
     here_mm = stops[0].distance_mm
     for stop in stops[1:]:
         way_mm = stop.distance_mm - here_mm
-        legs_mm = (way_mm,) if way_mm > 0.0 else (way_mm - stage.approach_mm, stage.approach_mm)
+        is_straight = way_mm >= stage.approach_mm
+        legs_mm = (way_mm,) if is_straight else (way_mm - stage.approach_mm, stage.approach_mm)
         moves_s += sum(
             move_time_s(leg, stage.speed_mm_s, stage.acceleration_mm_s2) for leg in legs_mm
         )
