@@ -84,7 +84,9 @@ class Window:
 def window_of(
     shape: tuple[int, int], slope_range_px: tuple[float, float], prior: SlopePrior | None
 ) -> Window:
-    """Return the prior's mean +- 2 sigma where it is finite, the whole range elsewhere.
+    """Return the prior's mean +- 2 sigma where there is one, the whole range elsewhere.
+
+    A hypothesis whose window would be as wide as the range says nothing, and counts as none.
 
     Raises:
         SlopeError: the range is empty, or the prior has another shape or a negative sigma.
@@ -104,9 +106,9 @@ def window_of(
             f"views are {shape} (H, W); give a prior of the reference view's shape"
         )
     half = np.float32(2) * prior.sigma_px
-    known = np.isfinite(prior.slope_px) & np.isfinite(half)
-    if np.any(half[known] < 0):
+    if np.any(half < 0):
         raise SlopeError("the prior has a negative sigma; give standard deviations of 0 or more")
+    known = np.isfinite(prior.slope_px) & (half < 0.5 * (high_px - low_px))
     np.copyto(low, prior.slope_px - half, where=known)
     np.copyto(high, prior.slope_px + half, where=known)
     return Window(low, high)
