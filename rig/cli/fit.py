@@ -4,8 +4,8 @@ from typing import Annotated
 
 import typer
 
+from rig.cli.conclusion import show_result
 from rig.cli.options import AsJson, DatabaseUrl
-from rig.cli.output import show, show_json, tell
 
 SweepNumber = Annotated[
     int, typer.Argument(metavar="SWEEP", help="Number of the sweep; `rig history` shows them.")
@@ -24,12 +24,4 @@ def fit(sweep_id: SweepNumber, *, database: DatabaseUrl = None, as_json: AsJson 
         with Progress(total) as progress:
             result = measure_again(store, sweep_id, progress.report)
         write_report(store, result)
-    if as_json:
-        show_json(result.as_dict())
-    else:
-        for line in result.lines():
-            show(line)
-    if result.failed_gates:
-        for gate in result.failed_gates:
-            tell(f"rig: quality gate missed: {gate}")
-        raise typer.Exit(3)
+    show_result(result, as_json=as_json)

@@ -4,12 +4,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rig.cli.conclusion import show_result
 from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
 from rig.cli.output import show, show_json, table, tell
 
 if TYPE_CHECKING:
     from rig.plan import Stop
-    from rig.sweep.conclude import SweepResult
     from rig.sweep.take import SweepTimes
 
 _PROFILE = "as in the profile"
@@ -95,14 +95,7 @@ def sweep(
         with open_hardware(job.profile) as hardware, Progress(job.total) as progress:
             result = sweep_and_conclude(job, hardware, store, progress.report, tell)
         write_report(store, result)
-    if as_json:
-        show_json(result.as_dict())
-    else:
-        _show_result(result)
-    if result.failed_gates:
-        for gate in result.failed_gates:
-            tell(f"rig: quality gate missed: {gate}")
-        raise typer.Exit(3)
+    show_result(result, as_json=as_json)
 
 
 def _numbers(texts: list[str]) -> list[float]:
@@ -141,8 +134,3 @@ def _show_plan(stops: "tuple[Stop, ...]", samples: int, times: "SweepTimes", as_
         f"moves {times.moves_s:.0f} s, settling {times.settling_s:.0f} s, "
         f"exposures {times.exposures_s:.0f} s; nothing was moved"
     )
-
-
-def _show_result(result: "SweepResult") -> None:
-    for line in result.lines():
-        show(line)

@@ -15,7 +15,6 @@ from rig.report.curve_plots import holdout_figure, residual_figure, slope_figure
 from rig.report.epi import board_epis
 from rig.report.epi_plots import epi_figure
 from rig.report.evidence import Evidence, gather
-from rig.report.gates import quality_gates
 from rig.report.picture_plots import corner_figure, failure_figure
 from rig.report.scatter import EstimatorGap, direction_pairs, estimator_gaps, repeatability
 from rig.report.stop_plots import estimator_figure, repeat_figure, temperature_figure
@@ -55,7 +54,7 @@ def _render(evidence: Evidence) -> str:
         focus=_focus(fit),
         parameters=_parameters(fit),
         verdicts=_verdicts(fit),
-        gates=quality_gates(evidence.profile, result),
+        gates=result.gates,
         problems=[stop.problem for stop in result.stops if stop.problem is not None],
         repeatability=repeatability(result.stops, curve),
         pairs=direction_pairs(result.stops, curve),

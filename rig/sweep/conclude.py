@@ -8,6 +8,7 @@ from rig.database import Store, Sweep, software_versions
 from rig.errors import CurveError
 from rig.profile import Profile
 from rig.profile.load import parse_profile
+from rig.sweep.gates import Gate, quality_gates
 from rig.sweep.points import StopResult, stop_results
 from rig.sweep.request import sweep_setup
 from rig.sweep.take import SweepTimes
@@ -27,9 +28,15 @@ class SweepResult:
     fit: CurveFit
     curve_id: int
     headline: Headline
-    failed_gates: tuple[str, ...]
+    gates: tuple[Gate, ...]
     times: SweepTimes | None
     """None where the slopes were computed again from stored frames."""
+
+    @property
+    def failed_gates(self) -> tuple[str, ...]:
+        """What keeps this curve from being used without asking, one line each."""
+        missed = (str(gate) for gate in self.gates if not gate.passed)
+        return (*missed, *(stop.problem for stop in self.stops if stop.problem is not None))
 
     def as_dict(self) -> dict[str, object]:
         """Return the result as the command line's JSON contract."""
@@ -82,12 +89,14 @@ def conclude_sweep(store: Store, sweep_id: int, times: SweepTimes | None = None)
         StoreError: the database cannot be read or written.
     """
     stops, fit = _fit(store, sweep_id)
+    gates = quality_gates(stored_profile(store.sweep(sweep_id)), fit.holdout)
+    is_good = all(gate.passed for gate in gates) and all(stop.problem is None for stop in stops)
     curve_id = store.save_curve(
         sweep_id,
         curve=fit.best.to_json(),
         holdout=_holdout(fit),
         versions=software_versions(),
-        active=not _failed_gates(stored_profile(store.sweep(sweep_id)), stops, fit),
+        active=is_good,
     )
     return _result(store, sweep_id, stops, fit, curve_id, times)
 
@@ -141,7 +150,7 @@ def _result(
         fit=fit,
         curve_id=curve_id,
         headline=headline(fit.best, fit.holdout),
-        failed_gates=_failed_gates(stored_profile(sweep), stops, fit),
+        gates=quality_gates(stored_profile(sweep), fit.holdout),
         times=times,
     )
 
@@ -165,21 +174,3 @@ def _holdout(fit: CurveFit) -> dict[str, object]:
         "max_pct": holdout.max_pct,
         "rms_mm": holdout.rms_mm,
     }
-
-
-def _failed_gates(
-    profile: Profile, stops: tuple[StopResult, ...], fit: CurveFit
-) -> tuple[str, ...]:
-    problems = [stop.problem for stop in stops if stop.problem is not None]
-    if fit.holdout is None:
-        return ("no distance was held out, so the depth error is unknown", *problems)
-    limits = (
-        ("rms", fit.holdout.rms_pct, profile.quality.holdout_rms_pct),
-        ("largest", fit.holdout.max_pct, profile.quality.holdout_max_pct),
-    )
-    missed = [
-        f"{name} depth error at held-out distances is {found:.4f} %, allowed {allowed:.4f} %"
-        for name, found, allowed in limits
-        if found > allowed
-    ]
-    return (*missed, *problems)

@@ -24,7 +24,7 @@ NO_HOLDOUT = ("--set", "sweep.holdout_every=0", "--set", "sweep.backward_every=0
 def test_a_sweep_gives_a_curve_that_a_fit_repeats_to_the_last_digit(rig: Command):
     swept = rig("sweep", "sim", *QUICK, *FIVE, *NO_HOLDOUT, "--json")
     assert swept.code == 3  # without held-out distances nobody knows the depth error
-    assert "no distance was held out" in swept.err
+    assert "none was held out" in swept.err
     answer = swept.json
     assert len(answer["points"]) == 5
     world = load_profile("sim").world
@@ -138,7 +138,11 @@ def test_a_rig_that_changed_meanwhile_is_refused(rig: Command):
 def test_slopes_of_a_capture_and_a_curve_of_another_rig(rig: Command, tmp_path: Path):
     swept = rig("sweep", "sim", *QUICK, *FIVE, *NO_HOLDOUT, "--json").json
     board = (*QUICK, "--set", "world.capture_scene=board", "--frames", "2")
-    answer = rig("capture", "sim", *board, "--out", tmp_path / "out", "--json")
+    missed = rig("capture", "sim", *board)
+    assert missed.code == 1
+    assert "missed a quality gate" in missed.err
+    chosen = ("--curve", swept["curve"]["id"])
+    answer = rig("capture", "sim", *board, *chosen, "--out", tmp_path / "out", "--json")
     assert answer.json["frames"] == 2
     depth_mm = read_pfm(tmp_path / "out" / "depth_00001.pfm")
     assert depth_mm.shape == (400, 640)
@@ -146,7 +150,7 @@ def test_slopes_of_a_capture_and_a_curve_of_another_rig(rig: Command, tmp_path: 
     assert [json.loads(line)["frame"] for line in lines] == [0, 1]
     assert np.isfinite(read_pfm(tmp_path / "out" / "sigma_00001.pfm")).any()
     for override in ("name=other", "views.left.x_steps=-1.0", "pitch_mm=50.0"):
-        refused = rig("capture", "sim", *board, "--set", override, "--curve", swept["curve"]["id"])
+        refused = rig("capture", "sim", *board, "--set", override, *chosen)
         assert refused.code == 1
         assert "belongs to another rig" in refused.err
 

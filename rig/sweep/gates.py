@@ -1,14 +1,14 @@
-"""The quality gates of a sweep, one line each, with what to do where one is missed."""
+"""The quality gates of a sweep: limits of the profile beside what was reached."""
 
 from dataclasses import dataclass
 
+from rig.curve import HoldoutError
 from rig.profile import Profile
-from rig.sweep.conclude import SweepResult
 
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """One limit of the profile and what the sweep reached."""
+    """One limit of the profile and what the sweep reached, in per cent of distance."""
 
     name: str
     found_pct: float | None
@@ -20,10 +20,16 @@ class Gate:
         """Whether the sweep keeps the limit; what is unknown does not."""
         return self.found_pct is not None and self.found_pct <= self.allowed_pct
 
+    def __str__(self) -> str:
+        found = (
+            "unknown: none was held out" if self.found_pct is None else f"{self.found_pct:.4f} %"
+        )
+        return f"{self.name} is {found}, allowed {self.allowed_pct:.4f} %"
 
-def quality_gates(profile: Profile, result: SweepResult) -> tuple[Gate, ...]:
-    """Return the limits on depth error, in per cent of distance."""
-    holdout, quality = result.fit.holdout, profile.quality
+
+def quality_gates(profile: Profile, holdout: HoldoutError | None) -> tuple[Gate, ...]:
+    """Return the limits on depth error at distances that the fit has not seen."""
+    quality = profile.quality
     return (
         Gate(
             "rms depth error at held-out distances",
