@@ -16,7 +16,7 @@ from rig.profile import Profile, SimCameraConfig, ViewConfig
 from rig.profile.world import ViewErrorConfig, WorldConfig
 from sim.board import Board
 from sim.optics import TrueCamera
-from sim.scenes.catalogue import Scene, static_surfaces
+from sim.scenes.catalogue import Scene, static_shapes
 from sim.surface import cast
 
 Array = NDArray[np.float64]
@@ -124,7 +124,7 @@ class World:
         """
         moment = self.moment(self.clock.now_s() if t_s is None else t_s)
         reference = moment.cameras[self.profile.reference]
-        shapes = [surface.shape for surface in static_surfaces(moment.scene)]
+        shapes = list(static_shapes(moment.scene))
         if moment.board is not None:
             shapes.append(moment.board.shape())
         directions = reference.directions(*reference.pixel_grid()) @ reference.rotation.T

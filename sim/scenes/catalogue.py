@@ -1,20 +1,28 @@
-"""The scenes by name."""
+"""The scenes by name: what never moves in them."""
 
 from functools import cache
 from typing import Literal
 
 from sim.scenes.bench import bench_surfaces
-from sim.scenes.desk import desk_surfaces
-from sim.surface import Surface
+from sim.scenes.desk import desk_things
+from sim.scenes.light import illuminate
+from sim.surface import Shape, Surface
 
 Scene = Literal["board", "desk"]
 
 
 @cache
 def static_surfaces(scene: Scene) -> tuple[Surface, ...]:
-    """Return everything in a scene that never moves."""
+    """Return all surfaces of a scene with their light; takes seconds for `desk`."""
     match scene:
         case "board":
             return bench_surfaces()
         case "desk":
-            return desk_surfaces()
+            return illuminate(desk_things())
+
+
+@cache
+def static_shapes(scene: Scene) -> tuple[Shape, ...]:
+    """Return the shapes alone, quickly."""
+    things = bench_surfaces() if scene == "board" else desk_things()
+    return tuple(thing.shape for thing in things)

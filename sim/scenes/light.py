@@ -5,13 +5,14 @@ and a picture has no noise from them. All surfaces scatter evenly (Lambert).
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.profile.world import Vector
-from sim.surface import FLAT, Shape, Surface, cast
+from sim.scenes.materials import Recipe
+from sim.surface import FLAT, Shape, Surface, Texture, cast
 
 Array = NDArray[np.float64]
 
@@ -32,35 +33,38 @@ _OFF_SURFACE_MM = 0.5
 _GOLDEN_RAD = np.pi * (3.0 - np.sqrt(5.0))
 
 
-def illuminate(reflecting: Sequence[Surface], viewer_mm: Vector) -> tuple[Surface, ...]:
-    """Return the surfaces, their reflectance turned into light.
+@dataclass(frozen=True, slots=True, eq=False)
+class Thing:
+    """A shape and what it is made of."""
 
-    Args:
-        reflecting: surfaces whose texture is reflectance.
-        viewer_mm: flat surfaces are lit on the side that looks there.
-    """
-    cells = [_cells(surface.shape, np.asarray(viewer_mm)) for surface in reflecting]
+    shape: Shape
+    reflectance: Recipe
+
+
+def illuminate(things: Sequence[Thing]) -> tuple[Surface, ...]:
+    """Turn reflectance into light."""
+    cells = [_cells(thing.shape) for thing in things]
     points_mm = np.concatenate([points.reshape(-1, 3) for points, _ in cells])
     normals = np.concatenate([normal.reshape(-1, 3) for _, normal in cells])
     points_mm += _OFF_SURFACE_MM * normals
-    shapes = [surface.shape for surface in reflecting]
+    shapes = [thing.shape for thing in things]
     light = DAYLIGHT * _open_sky(shapes, points_mm, normals)
     light += LAMP * _lamp_light(shapes, points_mm, normals)
     ends = np.cumsum([points[..., 0].size for points, _ in cells])[:-1]
     return tuple(
-        Surface(surface.shape, surface.texture * _smooth(part.reshape(points.shape[:2]), surface))
-        for surface, (points, _), part in zip(reflecting, cells, np.split(light, ends), strict=True)
+        Surface(thing.shape, _painted(thing.reflectance(), part.reshape(points.shape[:2])))
+        for thing, (points, _), part in zip(things, cells, np.split(light, ends), strict=True)
     )
 
 
-def _smooth(light: Array, surface: Surface) -> NDArray[np.float32]:
+def _painted(reflectance: Texture, light: Array) -> Texture:
     """Spread light from cells to texels."""
-    rows, columns = surface.texture.shape
+    rows, columns = reflectance.shape
     spread = cv2.resize(light.astype(np.float32), (columns, rows), interpolation=cv2.INTER_LINEAR)
-    return spread.astype(np.float32, copy=False)
+    return (reflectance * spread).astype(np.float32, copy=False)
 
 
-def _cells(shape: Shape, viewer_mm: Array) -> tuple[Array, Array]:
+def _cells(shape: Shape) -> tuple[Array, Array]:
     """Points in the middle of a coarse grid of texture cells, and normals there, (v, u, 3)."""
     columns, rows = (
         int(np.clip(np.ceil(size_mm / _CELL_MM), _FEWEST_CELLS, _MOST_CELLS))
@@ -72,9 +76,8 @@ def _cells(shape: Shape, viewer_mm: Array) -> tuple[Array, Array]:
     points_mm = unit @ matrix[:3, :3].T + matrix[:3, 3]
     normals = unit_normal @ shape.unit_from_world[:3, :3]
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
-    if shape.kind in FLAT and np.sum(normals[0, 0] * (viewer_mm - points_mm[0, 0])) < 0.0:
-        normals = -normals
-    return points_mm, normals
+    # Flat things are seen from z < 0.
+    return points_mm, -normals if shape.kind in FLAT else normals
 
 
 def _extent_mm(shape: Shape) -> tuple[float, float]:

@@ -1,7 +1,12 @@
 """What things on a desk are made of: reflectance textures (rows, columns) with fine detail.
 
-Every one has structure down to its own texels, as real materials have under a close look.
+Every one has structure down to its own texels, as real materials have under a close look. Calling
+a material gives a recipe: nothing is computed before the recipe is called in its turn.
 """
+
+from collections.abc import Callable
+from functools import partial, wraps
+from typing import ParamSpec
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,13 +14,27 @@ from numpy.typing import NDArray
 from sim.textures import Texture, fractal
 
 Grid = NDArray[np.float64]
+Recipe = Callable[[], Texture]
+Choices = ParamSpec("Choices")
 
 
+def recipe(material: Callable[Choices, Texture]) -> Callable[Choices, Recipe]:
+    """Put off the work of a material."""
+
+    @wraps(material)
+    def chosen(*args: Choices.args, **kwargs: Choices.kwargs) -> Recipe:
+        return partial(material, *args, **kwargs)
+
+    return chosen
+
+
+@recipe
 def plain(size: tuple[int, int], seed: int, *, level: float, grain: float = 0.03) -> Texture:
     """Cardboard, stoneware, soil: a level with natural unevenness."""
     return _ink(level + grain * fractal(size, seed, fall=0.8))
 
 
+@recipe
 def wallpaper(size: tuple[int, int], seed: int, *, period: int) -> Texture:
     """A repeating ornament on rough paper, worn differently everywhere."""
     y, x = _grid(size, 2.0 * np.pi / period)
@@ -26,6 +45,7 @@ def wallpaper(size: tuple[int, int], seed: int, *, period: int) -> Texture:
     return _ink(0.46 + 0.06 * ornament + 0.02 * stripe + 0.03 * wear + 0.035 * rough)
 
 
+@recipe
 def wood(size: tuple[int, int], seed: int, *, boards: int, level: float = 0.42) -> Texture:
     """Boards running left to right: year rings, fibres, and a dark joint between boards."""
     rows = size[0]
@@ -41,6 +61,7 @@ def wood(size: tuple[int, int], seed: int, *, boards: int, level: float = 0.42) 
     return _ink(level + 0.035 * rings + 0.055 * fibres + 0.025 * specks + shade)
 
 
+@recipe
 def print_page(size: tuple[int, int], seed: int, *, line: int, picture: float = 0.35) -> Texture:
     """A printed page: a headline, a picture in the upper part, lines of words below."""
     rows, columns = size
@@ -50,12 +71,13 @@ def print_page(size: tuple[int, int], seed: int, *, line: int, picture: float = 
     split = int(rows * picture)
     _write(page, random, top=line, bottom=3 * line, edge=edge, line=2 * line)
     if split > 6 * line:
-        image = photograph((split - 5 * line, columns - 2 * edge), seed + 1)
+        image = photograph((split - 5 * line, columns - 2 * edge), seed + 1)()
         page[4 * line : split - line, edge : columns - edge] = image
     _write(page, random, top=max(split, 4 * line), bottom=rows - line, edge=edge, line=line)
     return _ink(page)
 
 
+@recipe
 def photograph(size: tuple[int, int], seed: int) -> Texture:
     """Something that has the statistics of a natural picture: patches, gradients and edges."""
     coarse, fine = fractal(size, seed, fall=1.5), fractal(size, seed + 1, fall=0.7)
@@ -63,6 +85,7 @@ def photograph(size: tuple[int, int], seed: int) -> Texture:
     return _ink(0.40 + 0.13 * patches + 0.07 * fine)
 
 
+@recipe
 def map_sheet(size: tuple[int, int], seed: int) -> Texture:
     """A globe's map: continents, coast lines, a graticule and small print."""
     rows, columns = size
@@ -76,6 +99,7 @@ def map_sheet(size: tuple[int, int], seed: int) -> Texture:
     return _ink(0.45 + 0.12 * land - 0.2 * coast - 0.12 * (lines < 1.0) - 0.2 * names + relief)
 
 
+@recipe
 def glaze(size: tuple[int, int], seed: int) -> Texture:
     """A potter's glaze: bands with running edges, and speckles."""
     y, _ = _grid(size, 1.0)
@@ -85,6 +109,7 @@ def glaze(size: tuple[int, int], seed: int) -> Texture:
     return _ink(0.50 + 0.12 * bands - 0.22 * specks + 0.04 * fractal(size, seed + 2, fall=0.8))
 
 
+@recipe
 def leaf(size: tuple[int, int], seed: int) -> Texture:
     """A leaf in polar texture coordinates (columns: radius, rows: angle): veins and mottle."""
     rows, columns = size
@@ -97,6 +122,7 @@ def leaf(size: tuple[int, int], seed: int) -> Texture:
     return _ink(0.34 + 0.16 * midrib + 0.10 * veins + mottle)
 
 
+@recipe
 def lacquer(size: tuple[int, int], seed: int, *, level: float, stripes: int) -> Texture:
     """Pencils and poles: faces around (columns), scratches and a stamp along (rows)."""
     rows, columns = size

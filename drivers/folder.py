@@ -1,0 +1,182 @@
+"""Stored images as a camera: one file per view and multi-view, found by name or pattern."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Self, cast
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.devices import Clock
+from rig.errors import ConfigError, DeviceLostError, DeviceNotFoundError
+from rig.frames import Frame, GreyImage, MultiView
+from rig.profile import FolderCameraConfig, ViewConfig
+
+_NAME = "camera folder"
+_DEPTHS = ("uint8", "uint16")
+
+
+class FolderCamera:
+    """Gives every stored multi-view once, in the order of its file names; keeps `Camera`.
+
+    Numbers inside names sort as numbers: `img_2` comes before `img_10`. Patterns may reach into
+    folders, so that the frames of a sweep are a camera too: `stop_*/sample_*/left.png`.
+
+    Stored images have no freshness: `grab` returns the next multi-view whenever it is called, and
+    its timestamp is the time of reading. After the last one `grab` raises `DeviceLostError`;
+    `stream` ends. Opening again starts with the first.
+
+    Args:
+        config: file name or pattern of every view.
+        views: views of the profile; their order is the order of the frames.
+        root: the folder that the patterns start from.
+        clock: gives the timestamps.
+    """
+
+    def __init__(
+        self, config: FolderCameraConfig, views: Sequence[ViewConfig], *, root: Path, clock: Clock
+    ) -> None:
+        self._config = config
+        self._views = tuple(view.name for view in views)
+        self._root = root
+        self._clock = clock
+        self._multi_views: list[tuple[Path, ...]] | None = None
+        self._next = 0
+        self._like: GreyImage | None = None
+
+    def __enter__(self) -> Self:
+        self._multi_views = self._find()
+        self._next = 0
+        self._like = None
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._multi_views = None
+
+    @property
+    def identity(self) -> Mapping[str, str]:
+        """See `Device.identity`."""
+        return {"kind": "folder", "model": "stored images", "serial": str(self._root)}
+
+    @property
+    def views(self) -> tuple[str, ...]:
+        """See `Camera.views`."""
+        return self._views
+
+    @property
+    def dropped(self) -> Mapping[str, int]:
+        """See `Camera.dropped`; stored images are never dropped."""
+        return {}
+
+    def grab(self, timeout_s: float) -> MultiView:
+        """Return the next stored multi-view; `timeout_s` does not matter.
+
+        Raises:
+            DeviceLostError: there is no further one, or a file cannot be used as an image.
+        """
+        stored = self._stored()
+        if self._next >= len(stored):
+            raise DeviceLostError(
+                _NAME,
+                f"asked for multi-view {self._next + 1}, {self._root} holds {len(stored)}; "
+                "ask for fewer frames or open it again",
+            )
+        images = [self._read(path) for path in stored[self._next]]
+        read_s, sequence = self._clock.now_s(), self._next
+        self._next += 1
+        return MultiView(
+            tuple(
+                Frame(view, image, timestamp_s=read_s, sequence=sequence)
+                for view, image in zip(self._views, images, strict=True)
+            )
+        )
+
+    def stream(self) -> Iterator[MultiView]:
+        """Yield every multi-view that is left, once, and end."""
+        while self._next < len(self._stored()):
+            yield self.grab(self._config.timeout_s)
+
+    def _stored(self) -> list[tuple[Path, ...]]:
+        if self._multi_views is None:
+            raise DeviceLostError(_NAME, 'asked for frames, but it is not open; use "with camera:"')
+        return self._multi_views
+
+    def _find(self) -> list[tuple[Path, ...]]:
+        if not self._root.is_dir():
+            raise DeviceNotFoundError(_NAME, f"{self._root} is no folder; set camera.folder")
+        found = {view: self._matches(view) for view in self._views}
+        counts = {view: len(paths) for view, paths in found.items()}
+        if len(set(counts.values())) > 1:
+            listed = ", ".join(f"{view} {count}" for view, count in counts.items())
+            raise DeviceNotFoundError(
+                _NAME, f"views of {self._root} differ in their number of files: {listed}"
+            )
+        return list(zip(*found.values(), strict=True))
+
+    def _matches(self, view: str) -> list[Path]:
+        pattern = self._config.files[view]
+        try:
+            paths = [path for path in self._root.glob(pattern) if path.is_file()]
+        except (ValueError, NotImplementedError) as error:
+            raise ConfigError(
+                f"camera.files.{view}: {pattern!r} is no pattern below {self._root}: {error}"
+            ) from error
+        if not paths:
+            raise DeviceNotFoundError(
+                _NAME,
+                f"no file for view {view}: {pattern!r} matches nothing in {self._root}; "
+                "correct camera.files",
+            )
+        return sorted(paths, key=lambda path: _natural(path.relative_to(self._root)))
+
+    def _read(self, path: Path) -> GreyImage:
+        image = _read_grey(path)
+        if self._like is None:
+            self._like = image
+        elif image.shape != self._like.shape or image.dtype != self._like.dtype:
+            raise DeviceLostError(
+                _NAME,
+                f"{path} is {_size(image)}, the first image is {_size(self._like)}; "
+                "all views of a camera must be alike",
+            )
+        return image
+
+
+def _read_grey(path: Path) -> GreyImage:
+    """Read PNG, JPEG, TIFF, PGM and the like as grey, 8 or 16 bit as stored."""
+    try:
+        data = np.frombuffer(path.read_bytes(), np.uint8)
+    except OSError as error:
+        raise DeviceLostError(_NAME, f"{path} cannot be read: {error.strerror}") from error
+    image: NDArray[np.generic] | None = (
+        cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
+    )
+    if image is None:
+        raise DeviceLostError(_NAME, f"{path} is no image or is damaged; replace or remove it")
+    if image.dtype.name not in _DEPTHS:
+        raise DeviceLostError(_NAME, f"{path} holds {image.dtype}; 8 or 16 bit is needed")
+    grey = cast("GreyImage", image)
+    if grey.ndim == 2:
+        return grey
+    has_alpha = grey.shape[2] == 4
+    code = cv2.COLOR_BGRA2GRAY if has_alpha else cv2.COLOR_BGR2GRAY
+    return cast("GreyImage", cv2.cvtColor(grey, code))
+
+
+def _natural(path: Path) -> list[tuple[int, str]]:
+    """Sort key in which numbers count as numbers."""
+    pieces = re.findall(r"\d+|\D+", path.as_posix())
+    return [(int(piece), "") if piece.isdecimal() else (-1, piece) for piece in pieces]
+
+
+def _size(image: GreyImage) -> str:
+    height, width = image.shape[:2]
+    return f"{width} x {height} px, {8 * image.dtype.itemsize} bit"
