@@ -9,15 +9,15 @@ from rig.geometry.saddles import Saddles
 
 Float = NDArray[np.float64]
 
-_MAX_SINE = 0.25
-"""A neighbour lies along the edge through the point, to about 14 degrees."""
+_MAX_SINE = 0.4
+"""A neighbour lies along the edge through the point, to 24 degrees: blur bends sheared corners."""
 _OPPOSITE = -0.6
 """Neighbours have dark where the other has bright: cosine of twice the angle between."""
 _FEWEST = 9
 _MAX_BEND = 0.2
 """Change of step, in steps, from one square to the next: perspective and distortion stay below."""
-_ROUNDING_PX = 1.5
-"""What three corners to the nearest pixel may add to it."""
+_ROUNDING_PX = 1.0
+"""What three corners to the nearest half pixel may add to it."""
 _LONGEST_RATIO = 2.5
 """Steps of a lattice change slowly; a longer one has jumped over a corner."""
 
@@ -82,7 +82,8 @@ def _neighbours(saddles: Saddles) -> NDArray[np.intp]:
     opposite = saddles.bright @ saddles.bright.T < _OPPOSITE
     along = np.einsum("iak,ijk->iaj", saddles.axes, apart)
     limit = np.sqrt(1 - _MAX_SINE**2) * distance[:, None]
-    fits = (np.abs(along) > limit) & opposite[:, None] & (distance > 0)[:, None]
+    nearer = np.abs(along) >= np.abs(along[:, ::-1])
+    fits = (np.abs(along) > limit) & nearer & (opposite & (distance > 0))[:, None]
     seen_back = fits.any(axis=1)
     fits &= (seen_back & seen_back.T)[:, None]
     for direction, sign in enumerate((1, -1)):

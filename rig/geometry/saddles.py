@@ -54,8 +54,9 @@ def find_saddles(picture: Picture, *, smooth_px: float, ring_px: float) -> Saddl
     strength = xy * xy - xx * yy
     row, column = _strongest(strength, border=int(np.ceil(ring_px)) + 1)
     hessian = np.stack([xx[row, column], xy[row, column], yy[row, column]]).astype(np.float64)
-    axes, bright = _directions(hessian)
-    xy_px = np.stack([column, row], axis=-1).astype(np.float64)
+    xy_px = np.stack([column, row], axis=-1) + _beside_pixel(smooth, row, column, hessian)
+    # Where edges cross at a sharp angle the Hessian turns within a pixel.
+    axes, bright = _directions(np.stack([bilinear(field, xy_px) for field in (xx, xy, yy)]))
     kept, contrast = _ring_test(smooth, xy_px, ring_px)
     return Saddles(xy_px[kept], axes[kept], bright[kept], contrast[kept])
 
@@ -74,6 +75,18 @@ def _strongest(strength: Picture, *, border: int) -> tuple[NDArray[np.intp], NDA
         strong = values[order[min(20, order.size - 1)]]
         order = order[values[order] > _WEAKEST * strong]
     return row[order] + border, column[order] + border
+
+
+def _beside_pixel(
+    smooth: Picture, row: NDArray[np.intp], column: NDArray[np.intp], hessian: Float
+) -> Float:
+    """(N, 2) from the pixel to where the gradient vanishes, within a pixel."""
+    along_x = (smooth[row, column + 1] - smooth[row, column - 1]) / 2
+    along_y = (smooth[row + 1, column] - smooth[row - 1, column]) / 2
+    xx, xy, yy = hessian
+    determinant = xx * yy - xy * xy
+    x, y = xy * along_y - yy * along_x, xy * along_x - xx * along_y
+    return np.clip(np.stack([x, y], axis=-1) / determinant[:, None], -1, 1)
 
 
 def _directions(hessian: Float) -> tuple[Float, Float]:
