@@ -124,7 +124,7 @@ def capture_depth(
             _percentile(tally.skews_s, 95),
             _percentile(tally.skews_s, 100),
         ),
-        dropped={**camera.dropped, "skew": tally.skewed},
+        dropped={**camera.dropped, "skew": camera.dropped.get("skew", 0) + tally.skewed},
         valid_pct=tally.valid_pct,
         folder=request.folder,
         picture=picture,

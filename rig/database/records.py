@@ -106,7 +106,7 @@ class Measurement:
     """Slope at the centre of the board, px per view step: the joint line fit."""
     sigma_px: float | None = None
     plane: tuple[float, float, float] | None = None
-    """(a, b, c) of the slope plane m = a + b (u - u0) + c (v - v0) about `centre_px`: px, px per px."""
+    """(a, b, c) of m = a + b (u - u0) + c (v - v0) about `centre_px`: px, and px per px."""
     centre_px: tuple[float, float] | None = None
     """(u, v) of the centre of the board in the reference view."""
     corner_slope_px: float | None = None

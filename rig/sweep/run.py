@@ -6,8 +6,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from rig.database import Measurement, SampleKey, Store, software_versions
-from rig.devices import SystemClock
-from rig.errors import ConfigError, RigError, StoreError, TargetError
+from rig.devices import Stage, SystemClock
+from rig.errors import ConfigError, DeviceError, RigError, StoreError, TargetError
 from rig.hardware import Hardware
 from rig.interrupts import Interrupts
 from rig.plan import Stop
@@ -95,10 +95,9 @@ def sweep_and_conclude(
                 _measure_old_distance_again(job, setup, hardware, store, tell)
             times = _take_all(job, sweep_id, setup, hardware, store, interrupts, show_progress)
         except BaseException as error:
-            hardware.stage.stop()
             tell(
-                f"sweep {sweep_id} stopped, the stage stands still, every sample taken is stored; "
-                f"go on with: rig sweep {job.profile.name} --resume {sweep_id}"
+                f"sweep {sweep_id} ended early, {_stopped(hardware.stage)}; every sample taken is "
+                f"stored, go on with: rig sweep {job.profile.name} --resume {sweep_id}"
             )
             state = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
             # On a full disk this fails as well; a sweep left `running` can be resumed all the same.
@@ -125,6 +124,15 @@ def measure_again(store: Store, sweep_id: int, show_progress: ShowProgress) -> S
         show_progress(number + 1, f"{sample.stop.distance_mm:.1f} mm")
     store.save_measurements(sweep_id, measured)
     return conclude_sweep(store, sweep_id)
+
+
+def _stopped(stage: Stage) -> str:
+    """Stop the stage; say in words whether it stands still, and let the first error be the one."""
+    try:
+        stage.stop()
+    except DeviceError as error:
+        return str(error)
+    return "the stage stands still"
 
 
 def _begin(job: SweepJob, hardware: Hardware, store: Store) -> int:

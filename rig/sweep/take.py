@@ -5,6 +5,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
 from rig.devices import Camera, Clock, Stage
+from rig.errors import DeviceLostError
 from rig.frames import MultiView
 from rig.plan import Stop
 
@@ -86,7 +87,7 @@ def run_sweep(
         held: what keeps interrupts waiting while a sample is taken and stored.
 
     Raises:
-        DeviceError: stage or camera failed; the stage has been stopped.
+        DeviceError: stage or camera failed, or the camera gave a frame from before it was asked.
     """
     finished = done or {}
     for stop in stops:
@@ -105,4 +106,16 @@ def run_sweep(
                 before_s = clock.now_s()
                 multiview = camera.grab(grab_timeout_s)
                 times.exposures_s += clock.now_s() - before_s
+                _require_fresh(multiview, before_s)
                 yield Taken(stop, sample, reached_mm, multiview)
+
+
+def _require_fresh(multiview: MultiView, called_s: float) -> None:
+    """Refuse a queued frame: it shows the board where it stood before."""
+    for frame in multiview.frames:
+        if frame.timestamp_s < called_s:
+            raise DeviceLostError(
+                f"camera, view {frame.view}",
+                f"asked for a new frame, got one exposed {called_s - frame.timestamp_s:.3f} s "
+                "before; the camera is stuck or repeats its queue: open it again",
+            )

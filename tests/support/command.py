@@ -3,6 +3,7 @@
 import json
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -29,7 +30,7 @@ class Command:
         self._capsys = capsys
         self._monkeypatch = monkeypatch
 
-    def __call__(self, *arguments: str | float) -> Answer:
+    def __call__(self, *arguments: str | float | Path) -> Answer:
         """Run `rig ARGUMENTS...`."""
         from rig.cli import main  # the verbs are needed by the tests of the command line only
 
