@@ -1,0 +1,143 @@
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from drivers.folder import FolderCamera
+from rig.devices import SystemClock
+from rig.errors import ConfigError, DeviceError, DeviceLostError, DeviceNotFoundError
+from rig.profile import FolderCameraConfig, ViewConfig
+
+VIEWS = [
+    ViewConfig(name="left", x_steps=0.0, y_steps=0.0),
+    ViewConfig(name="right", x_steps=1.0, y_steps=0.0),
+]
+
+
+def camera(folder: Path, left: str, right: str) -> FolderCamera:
+    config = FolderCameraConfig(
+        kind="folder", folder=str(folder), files={"left": left, "right": right}
+    )
+    return FolderCamera(config, VIEWS, root=folder, clock=SystemClock())
+
+
+def image(level: int, *, dtype: type = np.uint8, shape: tuple[int, ...] = (6, 8)) -> np.ndarray:
+    return np.full(shape, level, dtype)
+
+
+def save(path: Path, pixels: np.ndarray) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    assert cv2.imwrite(str(path), pixels)
+
+
+def levels(taken: FolderCamera) -> list[int]:
+    return [int(multi_view.frames[0].image[0, 0]) for multi_view in taken.stream()]
+
+
+@pytest.mark.parametrize("suffix", ["png", "tiff", "pgm"])
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_grey_images_come_as_they_were_stored(tmp_path: Path, suffix: str, dtype: type):
+    stored = np.arange(48).reshape(6, 8).astype(dtype) * (200 if dtype == np.uint16 else 5)
+    save(tmp_path / f"a.{suffix}", stored)
+    save(tmp_path / f"b.{suffix}", stored)
+    with camera(tmp_path, f"a.{suffix}", f"b.{suffix}") as opened:
+        np.testing.assert_array_equal(opened.grab(1.0).frames[0].image, stored)
+
+
+@pytest.mark.parametrize("channels", [3, 4])
+def test_colour_becomes_grey(tmp_path: Path, channels: int):
+    pixels = image(0, shape=(6, 8, channels))
+    pixels[..., 1] = 100  # green counts for 0.587
+    pixels[..., 3:] = 255
+    save(tmp_path / "a.png", pixels)
+    save(tmp_path / "b.png", pixels)
+    with camera(tmp_path, "a.png", "b.png") as opened:
+        assert (opened.grab(1.0).frames[0].image == 59).all()
+
+
+def test_numbers_in_names_sort_as_numbers(tmp_path: Path):
+    for number in (1, 2, 10):
+        save(tmp_path / f"left{number}.png", image(number))
+        save(tmp_path / f"right{number}.png", image(number))
+    with camera(tmp_path, "left*.png", "right*.png") as opened:
+        assert levels(opened) == [1, 2, 10]
+
+
+@pytest.mark.parametrize("pattern", ["stop_*/sample_*/{}.png", "**/{}.png"])
+def test_the_frames_of_a_sweep_can_be_replayed(tmp_path: Path, pattern: str):
+    level = 0
+    for stop in ("stop_000_0400.0mm_forward", "stop_001_0450.0mm_forward"):
+        for sample in ("sample_00", "sample_01"):
+            level += 1
+            for view in ("left", "right"):
+                save(tmp_path / stop / sample / f"{view}.png", image(level))
+    with camera(tmp_path, pattern.format("left"), pattern.format("right")) as opened:
+        assert levels(opened) == [1, 2, 3, 4]
+
+
+def test_after_the_last_image_a_grab_says_so(tmp_path: Path):
+    save(tmp_path / "a.png", image(1))
+    save(tmp_path / "b.png", image(1))
+    with camera(tmp_path, "a.png", "b.png") as opened:
+        opened.grab(1.0)
+        with pytest.raises(DeviceLostError, match=r"asked for multi-view 2, .* holds 1"):
+            opened.grab(1.0)
+
+
+def refused(folder: Path, left: str, right: str) -> str:
+    with pytest.raises(DeviceError) as caught, camera(folder, left, right) as opened:
+        list(opened.stream())
+    message = str(caught.value)
+    assert "\n" not in message
+    return message
+
+
+def test_what_is_missing_is_named(tmp_path: Path):
+    save(tmp_path / "a.png", image(1))
+    assert "view right: 'b.png' matches nothing" in refused(tmp_path, "a.png", "b.png")
+    assert "is no folder" in refused(tmp_path / "nowhere", "a.png", "a.png")
+
+
+def test_views_of_different_count_are_refused(tmp_path: Path):
+    for name in ("left1", "left2", "right1"):
+        save(tmp_path / f"{name}.png", image(1))
+    assert "left 2, right 1" in refused(tmp_path, "left*.png", "right*.png")
+
+
+@pytest.mark.parametrize(
+    ("other", "said"),
+    [
+        (image(1, shape=(6, 9)), "9 x 6 px, 8 bit, the first image is 8 x 6 px, 8 bit"),
+        (image(1, dtype=np.uint16), "8 x 6 px, 16 bit"),
+    ],
+)
+def test_views_of_different_size_or_depth_are_refused(tmp_path: Path, other: np.ndarray, said: str):
+    save(tmp_path / "a.png", image(1))
+    save(tmp_path / "b.png", other)
+    message = refused(tmp_path, "a.png", "b.png")
+    assert "b.png" in message
+    assert said in message
+
+
+@pytest.mark.parametrize("content", [b"", b"not an image", b"\x89PNG\r\n\x1a\nbroken"])
+def test_a_damaged_file_is_named(tmp_path: Path, content: bytes):
+    save(tmp_path / "a.png", image(1))
+    (tmp_path / "b.png").write_bytes(content)
+    assert "b.png is no image or is damaged" in refused(tmp_path, "a.png", "b.png")
+
+
+def test_floating_point_images_are_refused(tmp_path: Path):
+    save(tmp_path / "a.tiff", image(1, dtype=np.float32))
+    assert "holds float32; 8 or 16 bit" in refused(tmp_path, "a.tiff", "a.tiff")
+
+
+@pytest.mark.parametrize("pattern", ["/etc/*", ""])
+def test_a_pattern_outside_the_folder_is_a_mistake_in_the_profile(tmp_path: Path, pattern: str):
+    with pytest.raises(ConfigError, match=r"camera\.files\.left"), camera(tmp_path, pattern, "b"):
+        pass
+
+
+def test_missing_files_are_found_at_opening(tmp_path: Path):
+    with pytest.raises(DeviceNotFoundError), camera(tmp_path, "a.png", "b.png"):
+        pass
