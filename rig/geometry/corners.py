@@ -17,7 +17,7 @@ from rig.geometry.board import Board
 from rig.geometry.board_diagnosis import MAX_BLUR_RATIO, MIN_SIDE_PX, why_not
 from rig.geometry.corner_fit import CrossingFit, fit_crossings
 from rig.geometry.homography import fit_homography, grid_places, map_points
-from rig.geometry.lattice import Lattice, grow_lattices, without_strays
+from rig.geometry.lattice import Lattice, cut_to_size, grow_lattices
 from rig.geometry.saddles import find_saddles
 
 Float = NDArray[np.float64]
@@ -26,8 +26,8 @@ Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 _SHRINK = (1, 2, 4)
 _SMOOTH_PX = 1.0
 _RING_PX = 3.5
-_SHARP_BLUR_PX = 1.2
-"""A fit on a shrunken picture with edges sharper than this is repeated on a finer one."""
+_SHARP_PX, _BLURRED_PX = 1.0, 2.5
+"""Blur of the picture in which corners are measured best, where there is a finer or coarser one."""
 _MIN_FOUND = 0.85
 """Share of the corners that must be seen before the missing ones are looked for."""
 _MAX_BEND = 0.3
@@ -125,37 +125,46 @@ def _lattices(picture: NDArray[np.float32]) -> list[Lattice]:
 def _fit(
     pictures: list[NDArray[np.float32]], level: int, lattice: Lattice, board: Board
 ) -> Corners | None:
-    """Corners in the finest picture that their blur is worth; None if it is not that board."""
-    turned = _oriented(lattice, board) or _oriented(without_strays(lattice, _MIN_FOUND), board)
+    """Corners in the picture that suits their blur; None if it is not that board."""
+    turned = _oriented(lattice, board)
     if turned is None or turned.found.mean() < _MIN_FOUND:
         return None
-    start = _completed(turned.xy_px)
+    xy_px = _enlarged(Lattice(_completed(turned.xy_px), turned.bright), _SHRINK[level]).xy_px
+    tried: set[int] = set()
     while True:
-        fit = _crossings(pictures[level], start)
+        scale = _SHRINK[level]
+        fit = _crossings(pictures[level], (xy_px - (scale - 1) / 2) / scale)
         if not _is_board(fit, board):
             return None
-        if level == 0 or float(np.median(fit.blur_px)) > _SHARP_BLUR_PX:
+        xy_px = fit.xy_px.reshape(xy_px.shape) * scale + (scale - 1) / 2
+        blur_px = float(np.median(fit.blur_px))
+        tried.add(level)
+        level = _suiting(blur_px, level, len(pictures))
+        if level in tried:
             break
-        level -= 1
-        start = fit.xy_px.reshape(start.shape) * 2 + 0.5
-    scale = _SHRINK[level]
     return Corners(
         board,
-        fit.xy_px.reshape(start.shape) * scale + (scale - 1) / 2,
-        fit.sigma_px.reshape(start.shape[:2]) * scale,
-        float(np.median(fit.blur_px)) * scale,
+        xy_px,
+        fit.sigma_px.reshape(xy_px.shape[:2]) * scale,
+        blur_px * scale,
         float(np.median(np.abs(fit.contrast))),
     )
+
+
+def _suiting(blur_px: float, level: int, levels: int) -> int:
+    """The next finer or coarser picture where edges are too sharp or too blurred for this one."""
+    if blur_px < _SHARP_PX:
+        return max(level - 1, 0)
+    return min(level + 1, levels - 1) if blur_px > _BLURRED_PX else level
 
 
 def _oriented(lattice: Lattice, board: Board) -> Lattice | None:
     """Turned to the board's order; None if the counts differ."""
     choices: list[tuple[float, Lattice]] = []
     for turned in _turns(lattice):
-        if turned.shape != (board.rows, board.columns) or not _black_first(turned):
-            continue
-        first = turned.xy_px[0, 0]
-        choices.append((float(np.nan_to_num(first).sum()), turned))
+        turned = cut_to_size(turned, (board.rows, board.columns), _MIN_FOUND)
+        if turned is not None and _black_first(turned):
+            choices.append((float(np.nan_to_num(turned.xy_px[0, 0]).sum()), turned))
     return min(choices, key=lambda choice: choice[0])[1] if choices else None
 
 

@@ -14,10 +14,10 @@ _MAX_SINE = 0.4
 _OPPOSITE = -0.6
 """Neighbours have dark where the other has bright: cosine of twice the angle between."""
 _FEWEST = 9
-_MAX_BEND = 0.2
+_MAX_BEND = 0.15
 """Change of step, in steps, from one square to the next: perspective and distortion stay below."""
-_ROUNDING_PX = 1.0
-"""What three corners to the nearest half pixel may add to it."""
+_LOOSE_PX = 0.7
+"""What three corners may add to it before they are refined."""
 _LONGEST_RATIO = 2.5
 """Steps of a lattice change slowly; a longer one has jumped over a corner."""
 
@@ -35,6 +35,10 @@ class Lattice:
     def shape(self) -> tuple[int, int]:
         """Rows and columns."""
         return self.xy_px.shape[0], self.xy_px.shape[1]
+
+    def part(self, places: tuple[slice, slice]) -> "Lattice":
+        """Some of the rows and columns."""
+        return Lattice(self.xy_px[places], self.bright[places])
 
     @property
     def found(self) -> NDArray[np.bool_]:
@@ -165,16 +169,35 @@ def without_strays(lattice: Lattice, share: float) -> Lattice:
     straight = _straight(lattice.xy_px)[..., None]
     xy_px = np.where(straight, lattice.xy_px, np.nan)
     bright = np.where(straight, lattice.bright, np.nan)
-    while min(xy_px.shape[:2]) > 1:
-        found = np.isfinite(xy_px[..., 0])
-        edges = [found[0], found[-1], found[:, 0], found[:, -1]]
-        filled = [float(edge.mean()) for edge in edges]
-        worst = int(np.argmin(filled))
-        if filled[worst] >= share:
+    lattice = Lattice(xy_px, bright)
+    while min(lattice.shape) > 1:
+        filled, rest = min(_ends(lattice, axes=(0, 1)), key=lambda end: end[0])
+        if filled >= share:
             break
-        cut = [np.s_[1:], np.s_[:-1], np.s_[:, 1:], np.s_[:, :-1]][worst]
-        xy_px, bright = xy_px[cut], bright[cut]
-    return Lattice(xy_px, bright)
+        lattice = lattice.part(rest)
+    return lattice
+
+
+def cut_to_size(lattice: Lattice, shape: tuple[int, int], share: float) -> Lattice | None:
+    """Cut outer lines that are less than `share` full until the shape is reached, if it can be."""
+    for axis in (0, 1):
+        while lattice.shape[axis] > shape[axis]:
+            filled, rest = min(_ends(lattice, axes=(axis,)), key=lambda end: end[0])
+            if filled >= share:
+                return None
+            lattice = lattice.part(rest)
+    return lattice if lattice.shape == shape else None
+
+
+def _ends(lattice: Lattice, *, axes: tuple[int, ...]) -> list[tuple[float, tuple[slice, slice]]]:
+    """For every outer line across the axes: how full it is, and the lattice without it."""
+    ends: list[tuple[float, tuple[slice, slice]]] = []
+    for axis in axes:
+        lines = np.moveaxis(lattice.found, axis, 0)
+        for line, rest in ((lines[0], slice(1, None)), (lines[-1], slice(None, -1))):
+            part = (rest, slice(None)) if axis == 0 else (slice(None), rest)
+            ends.append((float(line.mean()), part))
+    return ends
 
 
 def _straight(xy_px: Float) -> NDArray[np.bool_]:
@@ -184,7 +207,7 @@ def _straight(xy_px: Float) -> NDArray[np.bool_]:
         step = np.diff(points, axis=0)
         length = np.linalg.norm(step, axis=-1)
         bend = np.linalg.norm(np.diff(step, axis=0), axis=-1)
-        allowed = _MAX_BEND * np.minimum(length[1:], length[:-1]) + _ROUNDING_PX
+        allowed = _MAX_BEND * np.minimum(length[1:], length[:-1]) + _LOOSE_PX
         bent, good = bend > allowed, np.zeros_like(kept)
         good[1:-1] = bend <= allowed
         kept[:-2] &= ~bent | good[:-2]

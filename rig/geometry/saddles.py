@@ -56,7 +56,8 @@ def find_saddles(picture: Picture, *, smooth_px: float, ring_px: float) -> Saddl
     hessian = np.stack([xx[row, column], xy[row, column], yy[row, column]]).astype(np.float64)
     xy_px = np.stack([column, row], axis=-1) + _beside_pixel(smooth, row, column, hessian)
     # Where edges cross at a sharp angle the Hessian turns within a pixel.
-    axes, bright = _directions(np.stack([bilinear(field, xy_px) for field in (xx, xy, yy)]))
+    fields = (np.asarray(field, np.float32) for field in (xx, xy, yy))
+    axes, bright = _directions(np.stack([bilinear(field, xy_px) for field in fields]))
     kept, contrast = _ring_test(smooth, xy_px, ring_px)
     return Saddles(xy_px[kept], axes[kept], bright[kept], contrast[kept])
 
