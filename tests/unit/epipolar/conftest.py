@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from rig.epipolar import RectifiedViews
 from tests.support.lightfield import (
+    Field,
     Surface,
     bump,
     disc,
@@ -31,7 +32,7 @@ class Scene:
     range_px: tuple[float, float]
 
 
-def texture(seed: int, mean: float):
+def texture(seed: int, mean: float) -> Field:
     return noise_texture(seed, mean=mean, contrast=28.0, finest_px=2.0)
 
 

@@ -1,0 +1,1 @@
+"""The dense slope estimator beside OpenCV's matchers: `python -m benchmarks.slopes`."""

@@ -1,0 +1,51 @@
+"""The public light field `dino` with the full cross-hair of views, where it is present."""
+
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.slopes.scenes import Scene
+from rig.epipolar import RectifiedViews
+
+_COLUMNS, _CENTRE = 9, 4
+
+
+def dino_folder() -> Path | None:
+    """Folder `hci-dino` of the shared data (`RIG_SHARED_DATA`), or None."""
+    root = Path(__file__).parents[2]
+    shared = Path(os.environ.get("RIG_SHARED_DATA", root.parent / "shared" / "data"))
+    folder = shared / "hci-dino"
+    return folder if folder.is_dir() else None
+
+
+def load_dino(folder: Path, noise: float) -> Scene:
+    """All 17 views of row 4 and column 4; `noise` grey levels (1 sigma) are added."""
+    places = [(_CENTRE, c) for c in range(_COLUMNS)]
+    places += [(r, _CENTRE) for r in range(_COLUMNS) if r != _CENTRE]
+    names = [folder / f"input_Cam{_COLUMNS * r + c:03d}.png" for r, c in places]
+    images = np.stack([_read_grey(name) for name in names])
+    images += noise * np.random.default_rng(1).standard_normal(images.shape)
+    frames = np.clip(np.rint(images), 0, 255).astype(np.uint8)
+    steps = np.array(places, float) - _CENTRE
+    views = RectifiedViews(frames, steps[:, 1], steps[:, 0], _CENTRE)
+    reference = _read_pfm(folder / "reference_subfocal.pfm")
+    return Scene(f"hci-dino, noise {noise:g}", views, reference, (-2.0, 2.0), border_px=15)
+
+
+def _read_grey(path: Path) -> NDArray[np.float64]:
+    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    if image is None:
+        raise OSError(f"cannot read {path}")
+    return image.astype(np.float64)
+
+
+def _read_pfm(path: Path) -> NDArray[np.float64]:
+    with path.open("rb") as file:
+        file.readline()
+        width, height = (int(n) for n in file.readline().split())
+        order = "<f4" if float(file.readline()) < 0 else ">f4"
+        rows = np.frombuffer(file.read(), order).reshape(height, width)
+    return rows[::-1].astype(np.float64)
