@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Mapping
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from typing import cast
 
 import numpy as np
@@ -21,7 +22,7 @@ from rig.report.stop_plots import estimator_figure, repeat_figure, temperature_f
 from rig.sweep.conclude import SweepResult
 from rig.sweep.request import sweep_setup
 
-TEMPLATE = "report.html.j2"
+TEMPLATE, STYLE = "report.html.j2", "page.css"
 
 
 def report_html(store: Store, result: SweepResult) -> str:
@@ -37,12 +38,8 @@ def _render(evidence: Evidence) -> str:
     result = evidence.result
     fit, curve = result.fit, result.fit.best
     gaps = estimator_gaps(result.stops, curve, evidence.profile.quality.holdout_max_pct)
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters |= _FILTERS
-    template = environment.from_string((files("rig.report") / TEMPLATE).read_text("utf-8"))
-    return template.render(
+    return render_template(
+        files("rig.report") / TEMPLATE,
         evidence=evidence,
         sweep=evidence.sweep,
         profile=evidence.profile,
@@ -63,6 +60,21 @@ def _render(evidence: Evidence) -> str:
         degrees=[s.temperature_degc for s in evidence.samples if s.temperature_degc is not None],
         figures=_figures(evidence, gaps),
     )
+
+
+def render_template(template: Traversable, **values: object) -> str:
+    """Fill a template; all pages have one style, and the filters of a report.
+
+    Args:
+        template: its file.
+        values: what it shows, by name; a name that it misses is an error.
+    """
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= _FILTERS
+    style = (files("rig.report") / STYLE).read_text("utf-8")
+    return environment.from_string(template.read_text("utf-8")).render(style=style, **values)
 
 
 def flat_fields(content: Mapping[str, object], prefix: str = "") -> list[tuple[str, str]]:

@@ -1,0 +1,125 @@
+"""`rig compare`: our depth beside stereo matchers."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
+
+if TYPE_CHECKING:
+    from rig.compare.comparison import Comparison
+
+
+def compare(
+    profile_name: ProfileName,
+    *,
+    curve_id: Annotated[
+        int | None,
+        typer.Option(
+            "--curve", metavar="ID", help="Use this curve, not the newest good one of the rig."
+        ),
+    ] = None,
+    sweep_id: Annotated[
+        int | None,
+        typer.Option(
+            "--sweep",
+            metavar="ID",
+            help="Show the error against distance on this sweep, not on that of the curve.",
+        ),
+    ] = None,
+    frames: Annotated[
+        int, typer.Option("--frames", min=1, help="Compare on so many multi-views.")
+    ] = 1,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            metavar="DIR",
+            help="Write compare.html and compare.json into this folder; default: a new one "
+            "beside the database.",
+            show_default=False,
+        ),
+    ] = None,
+    slopes_only: Annotated[
+        bool, typer.Option("--slopes-only", help="No curve: slopes in px per view step only.")
+    ] = False,
+    overrides: Overrides = None,
+    database: DatabaseUrl = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compare our depth with that of stereo matchers, on the same frames and by the same curve.
+
+    The matchers (block matching by absolute differences, OpenCV's StereoBM and StereoSGBM) get the
+    pair with the longest baseline that contains the reference view. On the board of a sweep every
+    method is also compared with the distances of the stage.
+    """
+    if slopes_only and (curve_id is not None or sweep_id is not None):
+        raise typer.BadParameter("--slopes-only uses neither --curve nor --sweep")
+    from rig.cli.output import show_json
+    from rig.cli.progress import Progress
+    from rig.cli.stored import data_folder, find_curve
+    from rig.compare.run import CompareRequest, compare_methods, new_compare_folder
+    from rig.database import open_store
+    from rig.hardware import open_camera
+    from rig.profile.load import load_profile
+
+    profile = load_profile(profile_name, overrides or ())
+    request = CompareRequest(
+        frames=frames,
+        curve=None if slopes_only else find_curve(profile, curve_id, database),
+        sweep_id=sweep_id,
+        folder=out or new_compare_folder(data_folder(database), profile.name),
+    )
+    with (
+        open_store(database) as store,
+        open_camera(profile) as (camera, _),
+        Progress(None) as progress,
+    ):
+        comparison = compare_methods(profile, request, camera, store, progress.report)
+    if as_json:
+        show_json(comparison.as_dict())
+    else:
+        _show(comparison)
+
+
+def _show(comparison: "Comparison") -> None:
+    from rig.cli.output import show, table
+    from rig.compare.comparison import PAGE_FILE, distance_scores
+
+    frames = comparison.frames
+    show(
+        f"{frames.count} multi-view{'s' if frames.count > 1 else ''}; matchers use the reference "
+        f"view and {frames.partner}, {frames.baseline_steps:.4g} view steps apart"
+    )
+    rows = [
+        [
+            score.method,
+            f"{score.density_pct:.1f}",
+            f"{score.duration_ms:.1f}",
+            f"{score.agreement_pct:.1f}",
+            f"{score.difference_px:.3f}",
+        ]
+        for score in frames.scores
+    ]
+    header = ["method", "answers %", "time ms", "agrees with rig %", "differs by px"]
+    for line in table(rows, header):
+        show(line)
+    if comparison.distances:
+        show()
+        show(f"board of sweep {comparison.sweep_id}, {len(comparison.distances)} distances")
+        rows = [
+            [
+                score.method,
+                f"{score.bias_mm:.3f}",
+                f"{score.bias_pct:.3f}",
+                f"{score.worst_pct:.3f}",
+                f"{score.spread_mm:.3f}",
+                f"{score.density_pct:.1f}",
+            ]
+            for score in distance_scores(comparison.distances)
+        ]
+        header = ["method", "error rms mm", "rms %", "largest %", "spread mm", "answers %"]
+        for line in table(rows, header):
+            show(line)
+    show(f"pictures and numbers: {comparison.folder / PAGE_FILE}")

@@ -1,0 +1,163 @@
+"""Error against distance: every method on the board of a sweep, judged by the stage."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.compare.baselines import BASELINES, OURS, Map
+from rig.compare.pair import DISPARITY_BLOCK, Span, best_pair
+from rig.curve import Curve
+from rig.database import Measurement, Sample, SampleKey
+from rig.epipolar import RectifiedViews, SlopePrior, estimate_slopes
+from rig.frames import MultiView
+from rig.profile import Profile
+from rig.rectified import rectified_views
+from rig.sweep.measure import OUTLINE
+
+WITH_PLANE = "rig, plane known"
+"""Ours as a sweep runs it: the board's plane as a hypothesis."""
+NAMES = (WITH_PLANE, OURS.name, *(method.name for method in BASELINES))
+_PRIOR_SIGMA_PX = 0.25
+_SPARE_DISPARITIES = 2
+
+
+@dataclass(frozen=True, slots=True)
+class BoardError:
+    """One method on the board at one distance: what it says less what the stage says."""
+
+    density_pct: float
+    """Pixels of the board with an answer."""
+    mean_mm: float
+    """NaN, like all that follow, where no pixel has an answer."""
+    median_mm: float
+    spread_mm: float
+    """Standard deviation over the pixels of the board."""
+
+
+@dataclass(frozen=True, slots=True)
+class BoardErrors:
+    """All methods at one distance."""
+
+    distance_mm: float
+    """Of the stage, read back."""
+    window_px: Span
+    """The slopes that were searched."""
+    errors: Mapping[str, BoardError]
+    """By method."""
+
+
+@dataclass(frozen=True, slots=True)
+class Board:
+    """Where the board is in one multi-view, from the stored line fit."""
+
+    inside: NDArray[np.bool_]
+    """(H, W) pixels within its outline."""
+    plane_px: NDArray[np.float32]
+    """(H, W) slopes of its plane."""
+    centre_px: float
+    """Slope at its centre."""
+
+    @classmethod
+    def of(cls, measurement: Measurement, shape: tuple[int, int]) -> "Board | None":
+        """Return the board of a measurement, None where it has no plane."""
+        outline = measurement.details.get(OUTLINE)
+        if measurement.plane is None or measurement.centre_px is None or not outline:
+            return None
+        inside = np.zeros(shape, np.uint8)
+        corners = np.round(np.asarray(outline, np.float64)).astype(np.int32)
+        cv2.fillConvexPoly(inside, corners, 1)
+        rows, columns = np.indices(shape)
+        at_centre, per_column, per_row = measurement.plane
+        u, v = measurement.centre_px
+        plane = at_centre + per_column * (columns - u) + per_row * (rows - v)
+        return cls(inside > 0, plane.astype(np.float32), at_centre)
+
+    def window_px(self, baseline_steps: float) -> Span:
+        """Slopes on the board, with room to make up one block of disparities on a flat board."""
+        slopes_px = self.plane_px[self.inside]
+        room_px = (DISPARITY_BLOCK / 2 - _SPARE_DISPARITIES) / baseline_steps
+        return float(slopes_px.min()) - room_px, float(slopes_px.max()) + room_px
+
+
+def compare_distances(
+    profile: Profile,
+    curve: Curve,
+    samples: Sequence[Sample],
+    measurements: Mapping[SampleKey, Measurement],
+    load: Callable[[Sample], MultiView],
+    show_progress: Callable[[int, str], None],
+) -> tuple[BoardErrors, ...]:
+    """Measure the board at every distance with every method.
+
+    Every method searches the same few slopes around the board's own, 8 disparities of the pair
+    either way: a wider search locks onto wrong periods of the board, whatever the method. So the
+    errors are those that remain when the period is known.
+
+    Args:
+        profile: as the sweep was taken.
+        curve: what turns slopes into distance.
+        samples: of a sweep; the first with a board at each distance is used.
+        measurements: of the samples.
+        load: reads the images of a sample.
+        show_progress: told how many distances are done, and where.
+
+    Raises:
+        SlopeError: the views hold no stereo pair.
+        StoreError: an image is missing or damaged.
+    """
+    found: dict[float, BoardErrors] = {}
+    for sample in samples:
+        if sample.stop.distance_mm in found or sample.key not in measurements:
+            continue
+        views = rectified_views(profile, load(sample).stack())
+        board = Board.of(measurements[sample.key], views.shape)
+        if board is None:
+            continue
+        errors = _at_distance(profile, views, board, curve, sample.reached_mm)
+        found[sample.stop.distance_mm] = errors
+        show_progress(len(found), f"board at {sample.reached_mm:.1f} mm")
+    return tuple(sorted(found.values(), key=lambda errors: errors.distance_mm))
+
+
+def _at_distance(
+    profile: Profile, views: RectifiedViews, board: Board, curve: Curve, distance_mm: float
+) -> BoardErrors:
+    window_px = board.window_px(best_pair(views).baseline_steps)
+    slopes = {method.name: method.run(views, window_px) for method in (OURS, *BASELINES)}
+    slopes[WITH_PLANE] = _with_plane(views, board, profile.slopes.range_px)
+    return BoardErrors(
+        distance_mm,
+        window_px,
+        {name: _board_error(slopes[name], board, curve, distance_mm) for name in NAMES},
+    )
+
+
+def _with_plane(views: RectifiedViews, board: Board, slope_range_px: Span) -> Map:
+    plane_px = np.where(board.inside, board.plane_px, np.float32(np.nan))
+    sigma_px = np.full(views.shape, _PRIOR_SIGMA_PX, np.float32)
+    return estimate_slopes(views, slope_range_px, SlopePrior(plane_px, sigma_px)).slope_px
+
+
+def _board_error(slope_px: Map, board: Board, curve: Curve, distance_mm: float) -> BoardError:
+    """Bring the slopes of the board to its centre and turn what they miss into distance.
+
+    The tilt of the board, as the line fit has it, is no error. Misses become distance at the rate
+    of the curve there, as those of the curve's own stops do: near the ends of the curve half of the
+    slopes lie just outside it, and leaving these out would hide half of the errors.
+    """
+    tilt_px = board.plane_px - np.float32(board.centre_px)
+    expected_px = curve.law.slope_px(np.array([distance_mm]))
+    mm_per_px = float(curve.law.depth_per_slope(expected_px)[0])
+    error_mm = (slope_px - tilt_px - expected_px[0])[board.inside] * mm_per_px
+    known_mm = error_mm[np.isfinite(error_mm)]
+    if not known_mm.size:
+        return BoardError(0.0, np.nan, np.nan, np.nan)
+    return BoardError(
+        density_pct=100.0 * known_mm.size / error_mm.size,
+        mean_mm=float(known_mm.mean()),
+        median_mm=float(np.median(known_mm)),
+        spread_mm=float(known_mm.std()),
+    )

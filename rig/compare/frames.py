@@ -1,0 +1,122 @@
+"""Every method on the same multi-views: density, time, and agreement with ours."""
+
+import statistics
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rig.compare.baselines import BASELINES, FILLED, OURS, Map
+from rig.compare.pair import Span, best_pair
+from rig.curve import Curve
+from rig.epipolar import RectifiedViews
+from rig.errors import SlopeError
+from rig.frames import GreyImage, MultiView
+from rig.profile import Profile
+from rig.rectified import rectified_views
+
+METHODS = (OURS, *BASELINES, *FILLED)
+_REPEATS = 3
+"""Timed runs per method and multi-view; their median leaves out what disturbed one of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class FrameScore:
+    """One method on all multi-views."""
+
+    method: str
+    density_pct: float
+    """Pixels with an answer; with a curve an answer is a depth."""
+    duration_ms: float
+    """Median over the timed runs on all multi-views."""
+    agreement_pct: float
+    """Of the pixels that both answer: disparities of the pair within 1 px of ours."""
+    difference_px: float
+    """Median absolute difference to our disparities, over the same pixels."""
+
+
+@dataclass(frozen=True, slots=True)
+class FrameComparison:
+    """All methods on the same multi-views, and what the first of these looked like."""
+
+    count: int
+    partner: str
+    """Name of the view that makes the stereo pair with the reference view."""
+    baseline_steps: float
+    disparities_px: tuple[int, int]
+    """First and last disparity that the matchers search."""
+    scores: tuple[FrameScore, ...]
+    image: GreyImage
+    """(H, W) reference view of the first multi-view."""
+    maps: Mapping[str, Map]
+    """By method, of the first multi-view: depth in mm with a curve, else slope in px."""
+
+
+def compare_frames(
+    profile: Profile, multiviews: Iterable[MultiView], curve: Curve | None
+) -> FrameComparison:
+    """Run every method on every multi-view.
+
+    Args:
+        profile: the rig; all methods search its `slopes.range_px`.
+        multiviews: one or more.
+        curve: what turns slopes into depth; None compares slopes only.
+
+    Raises:
+        SlopeError: there was no multi-view, it holds no stereo pair, or images give no slopes.
+    """
+    taken = tuple(multiviews)
+    if not taken:
+        raise SlopeError(
+            f"asked {profile.name} for multi-views to compare on, none came whose views lie "
+            f"within {1e3 * profile.camera.max_skew_s:.1f} ms; check the camera and its sync"
+        )
+    frames = [rectified_views(profile, multiview.stack()) for multiview in taken]
+    pair = best_pair(frames[0])
+    first_px, count = pair.disparities(profile.slopes.range_px)
+    slopes, durations_s = _run_all(frames, profile.slopes.range_px)
+    scores: list[FrameScore] = []
+    for method in METHODS:
+        found, ours = np.stack(slopes[method.name]), np.stack(slopes[OURS.name])
+        answers = found if curve is None else curve.depth_mm(found)
+        gap_px = np.abs(found - ours) * pair.baseline_steps
+        gap_px = gap_px[np.isfinite(gap_px)]
+        scores.append(
+            FrameScore(
+                method=method.name,
+                density_pct=100.0 * float(np.isfinite(answers).mean()),
+                duration_ms=1e3 * statistics.median(durations_s[method.name]),
+                agreement_pct=100.0 * float((gap_px <= 1.0).mean()) if gap_px.size else np.nan,
+                difference_px=float(np.median(gap_px)) if gap_px.size else np.nan,
+            )
+        )
+    shown = {name: each[0] for name, each in slopes.items()}
+    return FrameComparison(
+        count=len(taken),
+        partner=profile.views[pair.partner].name,
+        baseline_steps=pair.baseline_steps,
+        disparities_px=(first_px, first_px + count - 1),
+        scores=tuple(scores),
+        image=taken[0].frames[profile.reference].image,
+        maps=shown if curve is None else {k: curve.depth_mm(v) for k, v in shown.items()},
+    )
+
+
+def _run_all(
+    frames: Sequence[RectifiedViews], slope_range_px: Span
+) -> tuple[dict[str, list[Map]], dict[str, list[float]]]:
+    """Slopes of every method on every frame, and the times of the runs after a first one.
+
+    The methods take turns, so that what else the computer does slows all of them alike.
+    """
+    slopes: dict[str, list[Map]] = {method.name: [] for method in METHODS}
+    durations_s: dict[str, list[float]] = {method.name: [] for method in METHODS}
+    for frame in frames:
+        for method in METHODS:
+            slopes[method.name].append(method.run(frame, slope_range_px))
+        for method in METHODS * _REPEATS:
+            begun_s = time.perf_counter()
+            method.run(frame, slope_range_px)
+            durations_s[method.name].append(time.perf_counter() - begun_s)
+    return slopes, durations_s

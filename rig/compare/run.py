@@ -1,0 +1,138 @@
+"""One comparison from request to files."""
+
+import itertools
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from rig.compare.comparison import NUMBERS_FILE, PAGE_FILE, Comparison
+from rig.compare.distances import BoardErrors, compare_distances
+from rig.compare.frames import compare_frames
+from rig.curve import Curve
+from rig.database import Store
+from rig.depth import write_bytes
+from rig.devices import Camera
+from rig.errors import ConfigError, StoreError
+from rig.frames import MultiView
+from rig.profile import Profile
+from rig.sweep.conclude import stored_profile
+
+_EXTRA = ("matplotlib", "jinja2")
+
+
+@dataclass(frozen=True, slots=True)
+class CompareRequest:
+    """What is to be compared."""
+
+    frames: int
+    """How many multi-views."""
+    curve: tuple[int, Curve] | None
+    """The curve and its number; None compares slopes only."""
+    sweep_id: int | None
+    """Whose boards show the error against distance; None takes the sweep of the curve."""
+    folder: Path
+    """Where page and numbers go."""
+
+
+def new_compare_folder(beside: Path, rig: str) -> Path:
+    """Name a folder for a comparison that nobody named, by rig and UTC time."""
+    moment = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
+    return beside / "comparisons" / f"{rig}_{moment}"
+
+
+def compare_methods(
+    profile: Profile,
+    request: CompareRequest,
+    camera: Camera,
+    store: Store,
+    show_progress: Callable[[int, str], None],
+) -> Comparison:
+    """Run all methods on the camera's frames and on those of a sweep; write page and numbers.
+
+    Args:
+        profile: the rig.
+        request: on what.
+        camera: open.
+        store: where the sweep is.
+        show_progress: told how many distances of the sweep are done, and where.
+
+    Raises:
+        ConfigError: the sweep is of another rig, or the extra `report` is not installed.
+        DeviceError: the camera failed.
+        SlopeError: no frames came, they hold no stereo pair, or they give no slopes.
+        StoreError: no such sweep, frames of it are missing, or the folder cannot be written.
+    """
+    _make_folder(request.folder)
+    curve_id, curve = (None, None) if request.curve is None else request.curve
+    sweep_id = request.sweep_id
+    if sweep_id is None and curve_id is not None:
+        sweep_id = store.curve(curve_id).sweep_id
+    if sweep_id is not None:
+        _require_same_rig(profile, store, sweep_id)
+    multiviews = itertools.islice(_in_time(camera, profile.camera.max_skew_s), request.frames)
+    comparison = Comparison(
+        profile=profile,
+        curve_id=curve_id,
+        sweep_id=sweep_id,
+        frames=compare_frames(profile, multiviews, curve),
+        distances=_distances(profile, curve, store, sweep_id, show_progress),
+        folder=request.folder,
+    )
+    _write(comparison)
+    return comparison
+
+
+def _in_time(camera: Camera, max_skew_s: float) -> Iterator[MultiView]:
+    return (multiview for multiview in camera.stream() if multiview.skew_s <= max_skew_s)
+
+
+def _distances(
+    profile: Profile,
+    curve: Curve | None,
+    store: Store,
+    sweep_id: int | None,
+    show_progress: Callable[[int, str], None],
+) -> tuple[BoardErrors, ...]:
+    if curve is None or sweep_id is None:
+        return ()
+    samples, measurements = store.samples(sweep_id), store.measurements(sweep_id)
+    return compare_distances(profile, curve, samples, measurements, store.load, show_progress)
+
+
+def _require_same_rig(profile: Profile, store: Store, sweep_id: int) -> None:
+    """Refuse frames of a sweep that was taken with another arrangement of cameras."""
+    taken = stored_profile(store.sweep(sweep_id))
+    for what in ("name", "views", "pitch_mm"):
+        if getattr(taken, what) != getattr(profile, what):
+            raise ConfigError(
+                f"asked to compare {profile.name} on sweep {sweep_id} of rig {taken.name}: {what} "
+                "differs from what the sweep was taken with; choose another one with --sweep"
+            )
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StoreError(
+            f"comparison folder {folder}: cannot be made: {error.strerror}; choose another one "
+            "with --out"
+        ) from error
+
+
+def _write(comparison: Comparison) -> None:
+    try:
+        # Here, because the plot library alone takes half a second to import.
+        from rig.compare.page import comparison_html  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.partition(".")[0] not in _EXTRA:
+            raise
+        raise ConfigError(
+            f"asked for the page of a comparison, {error.name} is not installed; "
+            "pip install 'epirig[report]', then compare again"
+        ) from error
+    numbers = json.dumps(comparison.as_dict(), indent=2, ensure_ascii=False, allow_nan=False)
+    write_bytes(comparison.folder / NUMBERS_FILE, numbers.encode())
+    write_bytes(comparison.folder / PAGE_FILE, comparison_html(comparison).encode())
