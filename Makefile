@@ -24,7 +24,7 @@ demo: $(READY) ## Sweep the simulated rig, then measure depth with it
 	  $(BIN)/rig capture sim --frames 5 --out $(DEMO)/depth'
 	@echo
 	@echo "report:     $$(ls -td $(DEMO)/frames/sim/*/report.html | head -1)"
-	@echo "depth maps: $(DEMO)/depth (depth_00000.png is a picture to look at)"
+	@echo "depth maps: $(DEMO)/depth (last_frame.png is a picture to look at)"
 
 test: $(READY) ## Run the quick tests (under three minutes)
 	@$(BIN)/python -m pytest -q -m "not slow"
