@@ -17,34 +17,32 @@ from rig.epipolar.search import Cameras, Window, search
 _SHRINK = 4
 _MIN_SIDE_PX = 16
 _ROUNDS = 4
-_PAIRS = 2000
+_PAIRS, _FEWEST_PAIRS = 2000, 100
 _QUANTILES = np.linspace(0.05, 0.95, 19)
 
 
 def equalise(images: NDArray[np.float32], cameras: Cameras, window: Window) -> NDArray[np.float32]:
     """Return the images (V, H, W) with every view on the grey scale of the reference view."""
-    reference = cameras.reference
-    first = _match_quantiles(images, reference)
+    first = _match_quantiles(images, cameras.reference)
     shrink = _SHRINK if min(images.shape[1:]) >= _SHRINK * _MIN_SIDE_PX else 1
     size = (images.shape[2] // shrink, images.shape[1] // shrink)
-    small = np.stack(
-        [
-            np.float32(gain) * cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-            + np.float32(offset)
-            for image, (gain, offset) in zip(images, first, strict=True)
-        ]
-    )
-    scales = Scales(noise=0.1 * float(np.std(small[reference])) + 1e-6, texture=0.0)
+    small = np.stack([cv2.resize(image, size, interpolation=cv2.INTER_AREA) for image in images])
+    small = _apply(small, first)
+    scales = Scales(noise=0.1 * float(np.std(small[cameras.reference])) + 1e-6, texture=0.0)
     slope = search(small, cameras, window.shrunk(shrink), scales)
+    second = _match_pairs(small, cameras, slope)
+    both = [(g * h, g * p + q) for (h, p), (g, q) in zip(first, second, strict=True)]
+    return _apply(images, both)
+
+
+def _apply(
+    images: NDArray[np.float32], gains_offsets: list[tuple[float, float]]
+) -> NDArray[np.float32]:
     equal = np.empty_like(images)
 
     def work(start: int, stop: int) -> None:
         for i in range(start, stop):
-            gain, offset = first[i]
-            if i != reference:
-                x, y = float(cameras.x_steps[i]), float(cameras.y_steps[i])
-                better, shift = _compare(small[i], small[reference], x, y, slope)
-                gain, offset = better * gain, better * offset + shift
+            gain, offset = gains_offsets[i]
             np.multiply(images[i], np.float32(gain), out=equal[i])
             equal[i] += np.float32(offset)
 
@@ -59,20 +57,26 @@ def _match_quantiles(images: NDArray[np.float32], reference: int) -> list[tuple[
     return [_gain_offset(quantiles, spread[reference]) for quantiles in spread]
 
 
-def _compare(
-    image: NDArray[np.float32],
-    target: NDArray[np.float32],
-    x_step: float,
-    y_step: float,
-    slope_px: NDArray[np.float32],
-) -> tuple[float, float]:
-    """Gain and offset that bring one matched view to the reference."""
-    seen, grey = sample_view(image, x_step, y_step, slope_px)
-    pairs = np.flatnonzero(seen)
-    if len(pairs) < _MIN_SIDE_PX**2 // 2:
-        return 1.0, 0.0
-    pairs = pairs[:: max(1, len(pairs) // _PAIRS)]
-    return _gain_offset(grey.ravel()[pairs], target.ravel()[pairs])
+def _match_pairs(
+    images: NDArray[np.float32], cameras: Cameras, slope_px: NDArray[np.float32]
+) -> list[tuple[float, float]]:
+    """Gain and offset of each view from pixels that show the same point as the reference."""
+    height, width = slope_px.shape
+    stride = max(1, round((height * width / _PAIRS) ** 0.5))
+    grid = np.mgrid[stride // 2 : height : stride, stride // 2 : width : stride]
+    rows, columns = grid.reshape(2, -1)
+    target = images[cameras.reference, rows, columns]
+    found = [(1.0, 0.0)] * len(images)
+
+    def work(start: int, stop: int) -> None:
+        for i in range(start, stop):
+            step = float(cameras.x_steps[i]), float(cameras.y_steps[i])
+            seen, grey = sample_view(images[i], *step, rows, columns, slope_px[rows, columns])
+            if i != cameras.reference and np.count_nonzero(seen) >= _FEWEST_PAIRS:
+                found[i] = _gain_offset(grey[seen], target[seen])
+
+    run_in_bands(work, len(images))
+    return found
 
 
 def _gain_offset(grey: NDArray[np.floating], target: NDArray[np.floating]) -> tuple[float, float]:

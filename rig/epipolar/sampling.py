@@ -19,17 +19,30 @@ def pad(images: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def sample_view(
-    image: NDArray[np.float32], x_step: float, y_step: float, slope_px: NDArray[np.float32]
+    image: NDArray[np.float32],
+    x_step: float,
+    y_step: float,
+    rows: NDArray[np.int64],
+    columns: NDArray[np.int64],
+    slope_px: NDArray[np.float32],
 ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
-    """Where one view shows every reference pixel: whether inside (H, W) and grey value (H, W)."""
-    height, width = slope_px.shape
-    rows, columns = np.mgrid[0:height, 0:width].astype(np.float32)
-    grey, tilt, seen = np.empty((3, height * width), np.float32)
+    """Whether one view shows the reference pixels (rows, columns), and with which grey value, (N,).
+
+    Args:
+        image: (H, W).
+        x_step: column of the view, view steps.
+        y_step: row of the view, view steps.
+        rows: (N,) rows in the reference view.
+        columns: (N,) columns in the reference view.
+        slope_px: (N,) slope of each of them.
+    """
+    height, width = image.shape
+    grey, tilt, seen = np.empty((3, len(rows)), np.float32)
     sample_points(
-        pad(image[None])[0], height, width, columns.ravel(), rows.ravel(), slope_px.ravel(),
-        np.float32(x_step), np.float32(y_step), grey, tilt, seen,
+        pad(image[None])[0], height, width, columns.astype(np.float32), rows.astype(np.float32),
+        slope_px, np.float32(x_step), np.float32(y_step), grey, tilt, seen,
     )  # fmt: skip
-    return seen.reshape(height, width) > 0, grey.reshape(height, width)
+    return seen > 0, grey
 
 
 @kernel()
