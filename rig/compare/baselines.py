@@ -89,7 +89,7 @@ def _opencv_block_match(pair: Pair, first: int, count: int) -> Map:
     matcher.setSpeckleWindowSize(100)
     matcher.setSpeckleRange(32)
     matcher.setDisp12MaxDiff(1)
-    return _in_px(np.asarray(matcher.compute(pair.left, pair.right), np.int16), first)
+    return _matched(matcher, pair, first, count)
 
 
 def _semi_global(mode: int) -> Matcher:
@@ -110,13 +110,24 @@ def _semi_global(mode: int) -> Matcher:
             speckleRange=32,
             mode=mode,
         )
-        return _in_px(np.asarray(matcher.compute(pair.left, pair.right), np.int16), first)
+        return _matched(matcher, pair, first, count)
 
     return match
 
 
-def _in_px(sixteenths: NDArray[np.int16], first: int) -> Map:
-    """OpenCV's fixed-point disparities in px; what it marks as no answer becomes NaN."""
+def _matched(matcher: cv2.StereoMatcher, pair: Pair, first: int, count: int) -> Map:
+    """Run a matcher of OpenCV; its fixed-point disparities in px, NaN for no answer.
+
+    OpenCV answers only where the whole search fits into the image. The images therefore go on at
+    their border with its last column, which gives the matcher its chance there.
+    """
+    before, after = max(0, first + count), max(0, -first)
+    left, right = (
+        cv2.copyMakeBorder(image, 0, 0, before, after, cv2.BORDER_REPLICATE)
+        for image in (pair.left, pair.right)
+    )
+    computed = np.asarray(matcher.compute(left, right), np.int16)
+    sixteenths = computed[:, before : before + pair.left.shape[1]]
     scale = cv2.StereoMatcher_DISP_SCALE
     disparity_px = sixteenths.astype(np.float32) / np.float32(scale)
     return np.where(sixteenths > (first - 1) * scale, disparity_px, np.float32(np.nan))
