@@ -84,20 +84,20 @@ class MitsubaRenderer:
             return behind
         traced = self._trace(board, camera, window, self._samples_per_px)
         picture = behind.copy()
-        picture[window.pixels] *= 1.0 - traced[..., -1]
+        picture[window.pixels] *= 1.0 - traced[..., 1]
         picture[window.pixels] += traced[..., 0]
         return picture
 
     def _trace(
         self, scene: Any, camera: TrueCamera, window: Window, samples_per_px: int
     ) -> Picture:
-        """Return light times cover in the first channel, and cover in the last, (H, W, C)."""
+        """Return light times cover, and cover: (H, W, 2)."""
         lens = Lens(camera, window)
         if camera.distorts:
             samples_per_px = max(1, samples_per_px // FINER**2)
         sensor = self._mi.load_dict(self._sensor(camera, lens.pinhole))
         traced = self._mi.render(scene, sensor=sensor, spp=samples_per_px, seed=self._seed)
-        return lens.through(np.array(traced, np.float32))
+        return lens.through(np.array(traced, np.float32)[..., (0, -1)])
 
     def _sensor(self, camera: TrueCamera, pinhole: Pinhole) -> dict[str, Any]:
         width_px, height_px = pinhole.width_px, pinhole.height_px

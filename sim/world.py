@@ -22,7 +22,7 @@ from sim.surface import cast
 Array = NDArray[np.float64]
 
 _POSITION_GRID_MM = 0.0005
-_FOCAL_GRID_PX = 0.0002
+_FOCAL_GRID_PX = 0.001
 
 
 class Carriage(Protocol):
@@ -46,9 +46,9 @@ class Moment:
 class World:
     """Cameras, board and surroundings of one simulated rig, as functions of time.
 
-    The board rests on a grid of 0.5 um and the focal length on one of 0.0002 px. Both move no
-    point of a picture by more than 0.0001 px, but they let a carriage come to rest and a slowly
-    warming lens give the same picture again.
+    The board rests on a grid of 0.5 um and the focal length on one of 0.001 px. They shift no slope
+    by more than 0.0001 px and no corner of a picture by more than 0.0003 px, but they let a carriage
+    that comes to rest and a slowly warming lens give the same picture again.
 
     Args:
         profile: a profile with a `[world]` and a simulated camera.

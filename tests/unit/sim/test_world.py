@@ -74,7 +74,7 @@ def test_the_world_warms_and_the_focal_length_follows():
     assert rig.world.temperature_degc(0.0) == pytest.approx(25.0)
     assert rig.world.temperature_degc(100.0) == pytest.approx(25.0 + 10.0 * (1.0 - np.exp(-1.0)))
     cold, warm = (rig.world.moment(t_s).cameras[1] for t_s in (0.0, 10_000.0))
-    assert warm.focal_px == pytest.approx(cold.focal_px * (1.0 + 500e-6), abs=2e-4)
+    assert warm.focal_px == pytest.approx(cold.focal_px * (1.0 + 500e-6), abs=5e-4)
     # The sensor is bolted in place: the principal point does not follow.
     assert warm.centre_px == cold.centre_px
 
