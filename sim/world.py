@@ -47,8 +47,8 @@ class World:
     """Cameras, board and surroundings of one simulated rig, as functions of time.
 
     The board rests on a grid of 0.5 um and the focal length on one of 0.001 px. They shift no slope
-    by more than 0.0001 px and no corner of a picture by more than 0.0003 px, but they let a carriage
-    that comes to rest and a slowly warming lens give the same picture again.
+    by more than 0.0001 px and no corner of a picture by more than 0.0003 px, but they let a
+    carriage that comes to rest and a slowly warming lens give the same picture again.
 
     Args:
         profile: a profile with a `[world]` and a simulated camera.
