@@ -5,7 +5,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, nullcontext
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -66,12 +65,6 @@ class CaptureSummary:
             },
             "out": None if self.folder is None else str(self.folder),
         }
-
-
-def new_capture_folder(beside: Path, rig: str) -> Path:
-    """Name a folder for a capture that nobody named, by rig and UTC time."""
-    moment = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
-    return beside / "captures" / f"{rig}_{moment}"
 
 
 def capture_depth(

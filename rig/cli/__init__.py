@@ -8,6 +8,7 @@ import typer
 from rig import __version__
 from rig.cli import profile, sim
 from rig.cli.capture import capture
+from rig.cli.compare import compare
 from rig.cli.fit import fit
 from rig.cli.history import history
 from rig.cli.report import report
@@ -25,6 +26,7 @@ app = typer.Typer(
 )
 app.command()(sweep)
 app.command()(capture)
+app.command()(compare)
 app.command()(fit)
 app.command()(report)
 app.command()(history)

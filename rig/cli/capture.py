@@ -49,17 +49,17 @@ def capture(
     PNG in mm, labels, and one line in frames.jsonl. Depth counts from the optical centre of the
     reference camera along its axis. Ctrl-C ends an endless capture.
     """
-    from rig.capture.run import CaptureRequest, capture_depth, new_capture_folder
+    from rig.capture.run import CaptureRequest, capture_depth
     from rig.cli.output import show_json, tell
     from rig.cli.progress import FrameProgress
-    from rig.cli.stored import data_folder, find_curve
+    from rig.cli.stored import find_curve, new_folder
     from rig.hardware import open_camera
     from rig.profile.load import load_profile
 
     profile = load_profile(profile_name, overrides or ())
     curve = None if slopes_only else find_curve(profile, curve_id, database)
     if out is None and (frames is not None or seconds is not None):
-        out = new_capture_folder(data_folder(database), profile.name)
+        out = new_folder(database, "captures", profile.name)
     request = CaptureRequest(frames=frames, duration_s=seconds, folder=out)
     with open_camera(profile) as (camera, _), FrameProgress(frames) as progress:
         summary = capture_depth(profile, request, camera, curve, on_frame=progress.update)

@@ -58,8 +58,8 @@ def compare(
         raise typer.BadParameter("--slopes-only uses neither --curve nor --sweep")
     from rig.cli.output import show_json
     from rig.cli.progress import Progress
-    from rig.cli.stored import data_folder, find_curve
-    from rig.compare.run import CompareRequest, compare_methods, new_compare_folder
+    from rig.cli.stored import find_curve, new_folder
+    from rig.compare.run import CompareRequest, compare_methods
     from rig.database import open_store
     from rig.hardware import open_camera
     from rig.profile.load import load_profile
@@ -69,7 +69,7 @@ def compare(
         frames=frames,
         curve=None if slopes_only else find_curve(profile, curve_id, database),
         sweep_id=sweep_id,
-        folder=out or new_compare_folder(data_folder(database), profile.name),
+        folder=out or new_folder(database, "comparisons", profile.name),
     )
     with (
         open_store(database) as store,

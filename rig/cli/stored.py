@@ -1,5 +1,6 @@
 """What verbs look up in the database."""
 
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,9 +30,10 @@ def find_curve(
     return stored.id, Curve.from_json(stored.curve)
 
 
-def data_folder(database: str | None) -> Path:
-    """Return the folder beside the database, where frames and captures go."""
+def new_folder(database: str | None, kind: str, rig: str) -> Path:
+    """Name a folder beside the database for a run that nobody named, by rig and UTC time."""
     from rig.database import open_store
 
     with open_store(database) as store:
-        return store.frames.parent
+        beside = store.frames.parent
+    return beside / kind / f"{rig}_{datetime.now(UTC).strftime('%Y%m%d-%H%M%S')}"

@@ -4,7 +4,6 @@ import itertools
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 
 from rig.compare.comparison import NUMBERS_FILE, PAGE_FILE, Comparison
@@ -34,12 +33,6 @@ class CompareRequest:
     """Whose boards show the error against distance; None takes the sweep of the curve."""
     folder: Path
     """Where page and numbers go."""
-
-
-def new_compare_folder(beside: Path, rig: str) -> Path:
-    """Name a folder for a comparison that nobody named, by rig and UTC time."""
-    moment = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
-    return beside / "comparisons" / f"{rig}_{moment}"
 
 
 def compare_methods(
