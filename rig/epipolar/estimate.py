@@ -10,9 +10,10 @@ from rig.epipolar.median import guided_median, near_jumps
 from rig.epipolar.occlusion import hidden_somewhere
 from rig.epipolar.photometry import equalise
 from rig.epipolar.scales import Scales, measure_scales
-from rig.epipolar.search import Cameras, search, window_of
+from rig.epipolar.search import search
 from rig.epipolar.stitch import behind_jumps, stitch
 from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
+from rig.epipolar.window import Cameras, window_of
 from rig.errors import SlopeError
 
 _MEDIAN_RADIUS_PX, _MEDIAN_ROUNDS = 4, 2

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from rig.epipolar.bands import run_in_bands
 from rig.epipolar.sampling import sample_view
 from rig.epipolar.scales import Scales
-from rig.epipolar.search import Cameras, Window, search
+from rig.epipolar.search import search
+from rig.epipolar.window import Cameras, Window
 
 _SHRINK = 4
 _MIN_SIDE_PX = 16

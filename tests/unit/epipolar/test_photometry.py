@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from rig.epipolar.photometry import equalise
-from rig.epipolar.search import Cameras, window_of
+from rig.epipolar.window import Cameras, window_of
 from tests.unit.epipolar.conftest import Scene
 
 
