@@ -160,7 +160,7 @@ def _on_grid(placed: dict[tuple[int, int], int], saddles: Saddles) -> Lattice:
 
 
 def without_strays(lattice: Lattice, share: float) -> Lattice:
-    """Drop ends of lines that do not go on straight, then outer lines that are mostly empty.
+    """Drop points that lie on no straight line, then outer lines that are mostly empty.
 
     Args:
         lattice: As it was walked; chance saddles beside the board may have joined it.
@@ -201,15 +201,16 @@ def _ends(lattice: Lattice, *, axes: tuple[int, ...]) -> list[tuple[float, tuple
 
 
 def _straight(xy_px: Float) -> NDArray[np.bool_]:
-    """(R, C) False for ends of rows or columns that do not continue the two points before them."""
+    """(R, C) False where every row or every column of three that holds the point is bent."""
     keep = np.ones(xy_px.shape[:2], np.bool_)
     for points, kept in ((xy_px, keep), (xy_px.transpose(1, 0, 2), keep.T)):
         step = np.diff(points, axis=0)
         length = np.linalg.norm(step, axis=-1)
         bend = np.linalg.norm(np.diff(step, axis=0), axis=-1)
         allowed = _MAX_BEND * np.minimum(length[1:], length[:-1]) + _LOOSE_PX
-        bent, good = bend > allowed, np.zeros_like(kept)
-        good[1:-1] = bend <= allowed
-        kept[:-2] &= ~bent | good[:-2]
-        kept[2:] &= ~bent | good[2:]
+        bent, good = np.zeros_like(kept), np.zeros_like(kept)
+        for place in (slice(None, -2), slice(1, -1), slice(2, None)):
+            bent[place] |= bend > allowed
+            good[place] |= bend <= allowed
+        kept &= good | ~bent
     return keep

@@ -115,7 +115,7 @@ def test_exposure_is_blamed_where_it_is_to_blame():
 
 def test_a_covered_board_is_counted():
     image = picture(BoardScene())
-    image[180:220, 300:350] = 90
+    image[165:225, 305:355] = 90  # 2 x 3 corners
     error = refusal(image)
     assert error.reason == "not-found"
     assert "48 corners on a lattice of 9 x 6" in str(error)
