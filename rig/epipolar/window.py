@@ -1,4 +1,4 @@
-"""Which slopes are to be searched, and how finely: the arrangement of the views and a hypothesis."""
+"""Which slopes to search, and how finely: the arrangement of the views and a hypothesis."""
 
 from dataclasses import dataclass
 from typing import cast
