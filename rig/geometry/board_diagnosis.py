@@ -15,6 +15,8 @@ MIN_SIDE_PX = 6.0
 MAX_BLUR_RATIO = 0.2
 """Sigma of an edge over the side of a square, above which neighbouring edges run together."""
 
+_EDGE_PX = 4.0
+"""Corners nearer to the border than this cannot be fitted."""
 _FEWEST = 9
 """A lattice of fewer corners than this is chance."""
 _MAX_UNEVEN = 0.08
@@ -86,7 +88,7 @@ def _count(
             "and rows to what it has, or use the other board",
             reason="wrong-count",
         )
-    if found == wanted:
+    if found == wanted and not _at_border(lattice.xy_px.reshape(-1, 2), shape):
         return None
     if borders:
         return TargetError(
@@ -121,13 +123,17 @@ def _touched(lattice: Lattice, shape: tuple[int, ...]) -> list[str]:
             )
         ]
     )
-    x, y = beyond[np.isfinite(beyond[:, 0])].T
-    edge = 4.0
+    return _at_border(beyond, shape)
+
+
+def _at_border(xy_px: NDArray[np.float64], shape: tuple[int, ...]) -> list[str]:
+    """Borders of the picture that some of (N, 2) points, NaN left out, touch or cross."""
+    x, y = xy_px[np.isfinite(xy_px[:, 0])].T
     outside = {
-        "left": x < edge,
-        "right": x > shape[1] - 1 - edge,
-        "top": y < edge,
-        "bottom": y > shape[0] - 1 - edge,
+        "left": x < _EDGE_PX,
+        "right": x > shape[1] - 1 - _EDGE_PX,
+        "top": y < _EDGE_PX,
+        "bottom": y > shape[0] - 1 - _EDGE_PX,
     }
     return [name for name, out in outside.items() if out.any()]
 

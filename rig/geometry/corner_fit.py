@@ -50,14 +50,15 @@ def fit_crossings(
             nothing but the sign of the contrast.
         clear_px: (N,) distance to the nearest other edge.
     """
-    radius = np.clip(clear_px - _ROOM_PX, _SMALLEST_RADIUS_PX, _LARGEST_RADIUS_PX)
-    reach = int(np.ceil(radius.max(initial=_SMALLEST_RADIUS_PX))) + 1
-    offset = _disc(reach)
+    last = np.array(picture.shape[::-1]) - 1
     base = np.round(xy_px).astype(np.intp)
-    height, width = picture.shape
-    x, y = base.T
-    inside = (x >= reach) & (x < width - reach) & (y >= reach) & (y < height - reach)
-    column, row = (np.where(inside[:, None], base, reach)[:, None] + offset).transpose(2, 0, 1)
+    border_px = np.minimum(base, last - base).min(axis=1, initial=last.max())
+    inside = border_px > _SMALLEST_RADIUS_PX
+    room_px = np.minimum(clear_px - _ROOM_PX, border_px - 0.5)
+    radius = np.clip(room_px, _SMALLEST_RADIUS_PX, _LARGEST_RADIUS_PX)
+    offset = _disc(int(np.ceil(radius.max(initial=_SMALLEST_RADIUS_PX))) + 1)
+    # Pixels that the border moves have no weight.
+    column, row = np.clip(base[:, None] + offset, 0, last).transpose(2, 0, 1)
     window = _Window(picture[row, column], offset.astype(np.float32), radius)
 
     value = np.zeros((len(xy_px), _PARAMETERS))

@@ -95,6 +95,16 @@ def test_a_clipped_board_names_the_border(offset_mm: tuple[float, float], border
     assert f"up to the {border} border" in str(error)
 
 
+@pytest.mark.parametrize(("inset_px", "found"), [(6.0, True), (2.0, False)])
+def test_corners_close_to_the_border_are_fitted_or_clipped(inset_px: float, found: bool):
+    top_px = BoardScene().corners()[..., 1].min()
+    image = picture(BoardScene())[round(top_px - inset_px) :]
+    if found:
+        assert find_corners(image, BOARD).xy_px[0, 0, 1] == pytest.approx(inset_px, abs=0.6)
+    else:
+        assert refusal(image).reason == "clipped"
+
+
 def test_a_distant_board_is_too_small():
     error = refusal(picture(BoardScene(distance_mm=2500.0, blur_px=0.6)))
     assert error.reason == "too-small"
