@@ -5,8 +5,6 @@ no Monte-Carlo noise but that of anti-aliasing.
 """
 
 import importlib
-import logging
-import os
 from typing import Any
 
 import numpy as np
@@ -14,7 +12,6 @@ from numpy.typing import NDArray
 
 from rig.errors import ConfigError
 from sim.board import Board
-from sim.llvm import VARIABLE, usable_llvm
 from sim.optics import TrueCamera
 from sim.resample import FINER, Lens, Pinhole
 from sim.scenes.catalogue import Scene, static_surfaces
@@ -25,14 +22,14 @@ from sim.world import Moment
 Array = NDArray[np.float64]
 Picture = NDArray[np.float32]
 
-_FAST, _EVERYWHERE = "llvm_ad_mono", "scalar_rgb"
+_VARIANT = "scalar_rgb"
+"""It runs on every machine. With one segment per ray the LLVM variants would gain nothing: they
+compile a program for every size of picture."""
 _NEAR_M, _FAR_M = 1e-3, 100.0
 _M_PER_MM = np.diag([1e-3, 1e-3, 1e-3, 1.0])
 """mitsuba works in float32 with absolute tolerances made for scenes of about one unit."""
 _SAMPLES_BEHIND_BOARD = 4
 """Soft surroundings need no more rays per pixel."""
-
-_log = logging.getLogger(__name__)
 
 
 class MitsubaRenderer:
@@ -47,12 +44,12 @@ class MitsubaRenderer:
     """
 
     def __init__(self, *, samples_per_px: int, seed: int) -> None:
-        self._mi, variant = _open_mitsuba()
+        self._mi = _open_mitsuba()
         self._samples_per_px = samples_per_px
         self._seed = seed
         self._static: dict[Scene, Any] = {}
         self._behind: tuple[tuple[TrueCamera, ...], list[Picture]] = ((), [])
-        version = f"mitsuba {self._mi.__version__} {variant}"
+        version = f"mitsuba {self._mi.__version__}"
         self.name = f"{version}, {samples_per_px} samples per px, seed {seed}"
 
     def render(self, moment: Moment) -> Picture:
@@ -163,12 +160,8 @@ class MitsubaRenderer:
         }
 
 
-def _open_mitsuba() -> tuple[Any, str]:
-    """Import mitsuba with the fastest variant that is safe here; once per process."""
-    library = usable_llvm()
-    if library is not None:
-        os.environ[VARIABLE] = str(library)
-    variant = _EVERYWHERE if library is None else _FAST
+def _open_mitsuba() -> Any:
+    """Import mitsuba, which is an extra and takes a second to import."""
     try:
         mitsuba = importlib.import_module("mitsuba")
     except ImportError as error:
@@ -176,6 +169,5 @@ def _open_mitsuba() -> tuple[Any, str]:
             f"the simulated camera renders with mitsuba, which is not installed ({error}); "
             "run: pip install 'epirig[sim]'"
         ) from error
-    mitsuba.set_variant(variant)
-    _log.debug("mitsuba %s, variant %s, libLLVM %s", mitsuba.__version__, variant, library)
-    return mitsuba, variant
+    mitsuba.set_variant(_VARIANT)
+    return mitsuba

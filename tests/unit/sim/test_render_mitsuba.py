@@ -93,7 +93,7 @@ def test_the_depth_truth_of_the_desk_is_where_mitsuba_meets_it():
     for number, direction in enumerate(rays):
         length = float(np.linalg.norm(direction))
         ray = mi.Ray3f(mi.Point3f(0.0), mi.Vector3f(*(direction / length)))
-        met_mm[number] = float(np.array(traced.ray_intersect_preliminary(ray).t).item())
+        met_mm[number] = float(traced.ray_intersect_preliminary(ray).t)
         met_mm[number] *= 1e3 / length
     error_mm = np.abs(met_mm - truth_mm[y_px, x_px])
     # float32 against float64 may disagree on which side of a silhouette a ray passes.
