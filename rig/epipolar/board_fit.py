@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rig.epipolar.board_slope import BoardSlope
 from rig.epipolar.corner_tracks import CornerPlane, fit_corner_tracks
+from rig.epipolar.misalignment import Misalignment, fit_misalignment
 from rig.epipolar.spline import sample_lines, spline_coefficients
 from rig.epipolar.views import RectifiedViews
 from rig.errors import SlopeError, TargetError
@@ -35,7 +36,8 @@ def fit_board_slope(
     The tracks of the corners give an unambiguous start. From there Gauss-Newton minimises
     `sum (I_v(u - m x_v, v - m y_v) - T(u, v))^2` over the plane m(u, v), with the unknown texture
     T eliminated as the mean over views, so that no single view's noise counts twice, and with gain
-    and offset of every view fitted along. Deterministic to the last bit.
+    and offset of every view fitted along. Views that are not rectified leave their lines by a
+    smooth field that their corners tell; it is taken along. Deterministic to the last bit.
 
     Args:
         views: Rectified views; the board stands still in them.
@@ -53,8 +55,18 @@ def fit_board_slope(
     tracks = fit_corner_tracks(
         [corner.xy_px for corner in found], x_steps, y_steps, reference, centre_px
     )
+    misalignment = fit_misalignment(
+        [corner.xy_px for corner in found],
+        x_steps,
+        y_steps,
+        reference,
+        tracks.plane,
+        centre_px,
+        residual_px=tracks.residual_px,
+        corner_sigma_px=float(np.median([np.median(corner.sigma_px) for corner in found])),
+    )
     coefficients = np.stack([spline_coefficients(views.images[v], SMOOTH_PX) for v in used])
-    lines = _Lines(coefficients, x_steps, y_steps, centre_px)
+    lines = _Lines(coefficients, x_steps, y_steps, centre_px, misalignment)
     pixels = lines.edges(outline_px, tracks.plane, reference)
     fit = _gauss_newton(lines, pixels, tracks.plane)
     # A checkerboard repeats along its diagonals, after sqrt(2) squares.
@@ -131,6 +143,7 @@ class _Lines:
     x_steps: Float
     y_steps: Float
     centre_px: Float
+    misalignment: Misalignment
 
     def design(self, pixels: Float) -> Float:
         """(3, N) derivatives of the slope by a, b, c."""
@@ -140,7 +153,8 @@ class _Lines:
         """Values (V, N) along the lines and their mean gradient (2, N)."""
         slope = plane @ self.design(pixels)
         x, y = np.ascontiguousarray(pixels[0]), np.ascontiguousarray(pixels[1])
-        return sample_lines(self.coefficients, x, y, slope, self.x_steps, self.y_steps)
+        beside = np.ascontiguousarray(self.misalignment.at(pixels))
+        return sample_lines(self.coefficients, x, y, slope, self.x_steps, self.y_steps, beside)
 
     def steps(self) -> Float:
         """(V, 2) view positions about their mean."""
@@ -155,8 +169,9 @@ class _Lines:
         row, column = np.nonzero(inside)
         pixels = np.stack([column, row]).astype(np.float64)
         slope = plane @ self.design(pixels)
-        x = pixels[0] - slope * self.x_steps[:, None]
-        y = pixels[1] - slope * self.y_steps[:, None]
+        beside = self.misalignment.at(pixels)
+        x = pixels[0] - slope * self.x_steps[:, None] + beside[:, 0]
+        y = pixels[1] - slope * self.y_steps[:, None] + beside[:, 1]
         seen = (x >= 3) & (x <= width - 4) & (y >= 3) & (y <= height - 4)
         pixels = pixels[:, seen.all(axis=0)]
         alone = _Lines(
@@ -164,6 +179,7 @@ class _Lines:
             np.zeros(1),
             np.zeros(1),
             self.centre_px,
+            Misalignment.none(1, self.centre_px),
         )
         energy = (alone.sample(pixels, plane)[1] ** 2).sum(axis=0)
         if energy.size == 0 or float(energy.max()) <= 0:

@@ -50,6 +50,7 @@ def sample_lines(
     slope_px: NDArray[np.float64],
     x_steps: NDArray[np.float64],
     y_steps: NDArray[np.float64],
+    beside_px: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Follow the line of every point through all views.
 
@@ -60,6 +61,7 @@ def sample_lines(
         slope_px: (N,) slopes, px per view step.
         x_steps: (V,) view positions.
         y_steps: (V,).
+        beside_px: (V, 2, N) how far each view's picture lies beside the line.
 
     Returns:
         Values (V, N), and the gradient (2, N) along x and y, averaged over the views.
@@ -70,8 +72,8 @@ def sample_lines(
     wx, wy, gx, gy = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
     for view in range(views):
         for point in range(points):
-            x = x_px[point] - slope_px[point] * x_steps[view]
-            y = y_px[point] - slope_px[point] * y_steps[view]
+            x = x_px[point] - slope_px[point] * x_steps[view] + beside_px[view, 0, point]
+            y = y_px[point] - slope_px[point] * y_steps[view] + beside_px[view, 1, point]
             column, row = int(np.floor(x)), int(np.floor(y))
             for weights, rates, t in ((wx, gx, x - column), (wy, gy, y - row)):
                 s = 1.0 - t

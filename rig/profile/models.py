@@ -155,6 +155,9 @@ class QualityConfig(Model):
     """Largest rms depth error at held-out distances, per cent of the distance."""
     holdout_max_pct: Positive = 0.5
     """Largest depth error at any held-out distance, per cent."""
+    line_rms_px: Positive = 0.5
+    """Largest rms distance of corners from their epipolar lines; more means views that are not
+    rectified, and wrong depth away from the board's centre."""
     valid_share_pct: NotNegative = 50.0
     """Least share of pixels with a depth in a capture, per cent."""
 

@@ -89,7 +89,7 @@ def conclude_sweep(store: Store, sweep_id: int, times: SweepTimes | None = None)
         StoreError: the database cannot be read or written.
     """
     stops, fit = _fit(store, sweep_id)
-    gates = quality_gates(stored_profile(store.sweep(sweep_id)), fit.holdout)
+    gates = quality_gates(stored_profile(store.sweep(sweep_id)), fit.holdout, stops)
     is_good = all(gate.passed for gate in gates) and all(stop.problem is None for stop in stops)
     curve_id = store.save_curve(
         sweep_id,
@@ -150,7 +150,7 @@ def _result(
         fit=fit,
         curve_id=curve_id,
         headline=headline(fit.best, fit.holdout),
-        gates=quality_gates(stored_profile(sweep), fit.holdout),
+        gates=quality_gates(stored_profile(sweep), fit.holdout, stops),
         times=times,
     )
 

@@ -16,6 +16,8 @@ from rig.profile import Profile
 from rig.rectified import rectified_views
 from rig.sweep.request import sweep_setup
 
+TRACK_RESIDUAL = "track_residual_px"
+"""Detail of a measurement: rms distance of the corners from their epipolar lines."""
 CORNERS, OUTLINE = "corners_px", "outline_px"
 """Details of a measurement, in the reference view: corners (rows, columns, 2), outline (4, 2)."""
 
@@ -40,12 +42,12 @@ def measure_sample(profile: Profile, images: GreyImage) -> Measurement:
         views = rectified_views(profile, images)
         corners = [_corners_or_reason(image, board) for image in images]
         slope = fit_board_slope(views, corners)
-        dense = _dense_slope(views, profile, slope)
     except TargetError as error:
         return Measurement(failure=Failure(error.reason, str(error)))
     except SlopeError as error:
         return Measurement(failure=Failure("no-slope", str(error)))
     reference = corners[profile.reference]
+    dense = _dense_slope(views, profile, slope)
     return Measurement(
         slope_px=slope.slope_px,
         sigma_px=slope.sigma_px,
@@ -53,12 +55,12 @@ def measure_sample(profile: Profile, images: GreyImage) -> Measurement:
         centre_px=slope.centre_px,
         corner_slope_px=slope.corner_slope_px,
         corner_sigma_px=slope.corner_sigma_px,
-        dense_slope_px=dense.slope_px,
-        dense_sigma_px=dense.sigma_px,
+        dense_slope_px=None if dense is None else dense.slope_px,
+        dense_sigma_px=None if dense is None else dense.sigma_px,
         details={
             "edge_pixels": slope.edge_pixels,
             "residual_levels": slope.residual,
-            "track_residual_px": slope.track_residual_px,
+            TRACK_RESIDUAL: slope.track_residual_px,
             "views": [profile.views[index].name for index in slope.views],
             CORNERS: reference.xy_px.tolist() if isinstance(reference, Corners) else [],
             OUTLINE: slope.outline_px.tolist(),
@@ -75,7 +77,15 @@ def _corners_or_reason(
         return error
 
 
-def _dense_slope(views: RectifiedViews, profile: Profile, slope: BoardSlope) -> DenseBoardSlope:
+def _dense_slope(
+    views: RectifiedViews, profile: Profile, slope: BoardSlope
+) -> DenseBoardSlope | None:
+    """Return the slope that captures would see, None where they would see none.
+
+    The curve does not need it; the report shows a gap.
+    """
     prior = plane_prior(slope, views.shape)
-    dense = estimate_slopes(views, profile.slopes.range_px, prior)
-    return dense_board_slope(dense, slope)
+    try:
+        return dense_board_slope(estimate_slopes(views, profile.slopes.range_px, prior), slope)
+    except SlopeError:
+        return None

@@ -9,7 +9,7 @@ import numpy as np
 from rig.curve import CurvePoint
 from rig.database import Measurement, Sample, SampleKey
 from rig.plan import Stop
-from rig.sweep.measure import CORNERS
+from rig.sweep.measure import CORNERS, TRACK_RESIDUAL
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +23,8 @@ class StopResult:
     """Mean over the samples, from the tracks of the corners alone."""
     dense_slope_px: float | None
     """Mean over the samples, from the estimator that captures use."""
+    track_residual_px: float | None
+    """Mean over the samples of the rms distance of the corners from their epipolar lines."""
     motion_px: float | None
     """Corner motion between the first and the last sample, rms."""
     problem: str | None
@@ -66,6 +68,7 @@ def _stop_result(
         point=None if problem else _point(samples, good),
         corner_slope_px=_mean([m.corner_slope_px for m in good]),
         dense_slope_px=_mean([m.dense_slope_px for m in good]),
+        track_residual_px=_mean([_number(m.details.get(TRACK_RESIDUAL)) for m in good]),
         motion_px=motion_px,
         problem=problem,
     )
@@ -112,6 +115,10 @@ def _motion_px(first: Measurement, last: Measurement) -> float:
     places_px = [np.asarray(m.details[CORNERS], np.float64) for m in (first, last)]
     difference_px = places_px[0] - places_px[1]
     return float(np.sqrt(np.mean(np.sum(difference_px**2, axis=-1))))
+
+
+def _number(value: object) -> float | None:
+    return float(value) if isinstance(value, int | float) else None
 
 
 def _mean(values: Sequence[float | None]) -> float | None:

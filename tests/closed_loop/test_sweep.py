@@ -24,7 +24,7 @@ NO_HOLDOUT = ("--set", "sweep.holdout_every=0", "--set", "sweep.backward_every=0
 def test_a_sweep_gives_a_curve_that_a_fit_repeats_to_the_last_digit(rig: Command):
     swept = rig("sweep", "sim", *QUICK, *FIVE, *NO_HOLDOUT, "--json")
     assert swept.code == 3  # without held-out distances nobody knows the depth error
-    assert "none was held out" in swept.err
+    assert "held-out distances is unknown" in swept.err
     answer = swept.json
     assert len(answer["points"]) == 5
     world = load_profile("sim").world
@@ -51,6 +51,17 @@ def test_held_out_distances_are_met(rig: Command):
     measured = {p["distance_mm"]: p["slope_px"] for p in found["points"]}
     nearest = min(measured, key=lambda distance_mm: abs(distance_mm - 600.0))
     assert measured[nearest] == pytest.approx(truth_px, abs=0.01)
+
+
+@pytest.mark.slow
+def test_a_rig_that_is_not_rectified_is_swept_and_says_so(rig: Command):
+    plan = (*QUICK, "--count", "9", "--samples", "1")
+    answer = rig("sweep", "sim-real", *plan, "--json")
+    assert answer.code == 0
+    assert answer.json["holdout"]["rms_pct"] < 0.5
+    strict = rig("sweep", "sim-real", *plan, "--set", "quality.line_rms_px=0.5")
+    assert strict.code == 3
+    assert "corners from their epipolar lines" in strict.err
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ from rig.plan import Stop, plan_stops
 from rig.profile import Profile
 from rig.profile.load import load_profile
 from rig.sweep.conclude import SweepResult, conclude_sweep
-from rig.sweep.measure import CORNERS, OUTLINE
+from rig.sweep.measure import CORNERS, OUTLINE, TRACK_RESIDUAL
 from tests.support.board_images import BoardScene, digitised
 
 SCENE = BoardScene(width=320, height=200, focal_px=305.0)
@@ -132,5 +132,6 @@ def _measurement(recipe: SweepRecipe, stop: Stop, rng: np.random.Generator) -> M
         details={
             CORNERS: (scene.corners() + 0.01 * rng.standard_normal((6, 9, 2))).tolist(),
             OUTLINE: (outline[:, :2] / outline[:, 2:]).tolist(),
+            TRACK_RESIDUAL: 0.011,
         },
     )
