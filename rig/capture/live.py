@@ -70,7 +70,11 @@ def run_capture(
         slopes = estimate_slopes(
             rectified_views(profile, multiview.stack()), slope_range_px=profile.slopes.range_px
         )
-        depth = None if curve is None else depth_from_slopes(slopes, curve)
+        depth = (
+            None
+            if curve is None
+            else depth_from_slopes(slopes, curve, max_sigma_pct=profile.quality.depth_sigma_pct)
+        )
         measured = Measured(index, multiview, slopes, depth, time.perf_counter() - begun_s)
         tally.add(measured)
         index += 1

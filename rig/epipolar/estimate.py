@@ -10,11 +10,14 @@ from rig.epipolar.median import guided_median, near_jumps
 from rig.epipolar.occlusion import hidden_somewhere
 from rig.epipolar.photometry import equalise
 from rig.epipolar.scales import Scales, measure_scales
-from rig.epipolar.search import search
+from rig.epipolar.search import search, searches_coarse
 from rig.epipolar.stitch import behind_jumps, stitch
 from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
 from rig.epipolar.window import Cameras, window_of
 from rig.errors import SlopeError
+
+Stitched = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
+"""Slope, its variance for unit noise, and misfit of the lines; all (H, W)."""
 
 _MEDIAN_RADIUS_PX, _MEDIAN_ROUNDS = 4, 2
 _STITCH_RADIUS_PX, _STITCH_STRIDE_PX = 6, 2
@@ -51,10 +54,11 @@ def estimate_slopes(
     images = _smooth(images, scales.prefilter_px)
     slope = search(images, cameras, window, scales)
     slope = window.hold(_settle_edges(slope, images[views.reference], cameras, scales))
-    lines = fit_lines(
-        images, views.x_steps, views.y_steps, views.reference, slope, scales.doubt, cameras.step_px
-    )
-    stitched, variance, misfit = _stitch(slope, lines, images[views.reference], cameras, scales)
+    lines, (stitched, variance, misfit) = _refine(images, slope, cameras, scales)
+    if searches_coarse(cameras, window):
+        # One step reaches about a label: a start at half size may be farther away.
+        slope = window.hold(stitched)
+        lines, (stitched, variance, misfit) = _refine(images, slope, cameras, scales)
     slope = window.hold(stitched)
     hidden = hidden_somewhere(slope, views.x_steps, views.y_steps, 2.0 * cameras.step_px)
     range_px = slope_range_px[1] - slope_range_px[0]
@@ -76,13 +80,22 @@ def _settle_edges(
     return slope_px
 
 
+def _refine(
+    images: NDArray[np.float32], slope_px: NDArray[np.float32], cameras: Cameras, scales: Scales
+) -> tuple[LineFits, Stitched]:
+    """Move every pixel's line one step to its optimum, and join the optima of neighbours."""
+    x_steps, y_steps, reference = cameras.x_steps, cameras.y_steps, cameras.reference
+    lines = fit_lines(images, x_steps, y_steps, reference, slope_px, scales.doubt, cameras.step_px)
+    return lines, _stitch(slope_px, lines, images[reference], cameras, scales)
+
+
 def _stitch(
     slope_px: NDArray[np.float32],
     lines: LineFits,
     grey: NDArray[np.float32],
     cameras: Cameras,
     scales: Scales,
-) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+) -> Stitched:
     """Join neighbours whose slopes differ by no more than the lines themselves are uncertain."""
     line_sigma_px = scales.smoothed_noise / max(float(np.median(lines.information)), 1e-12) ** 0.5
     step_px = cameras.step_px

@@ -31,6 +31,13 @@ _STEP_PENALTY, _LOW_PENALTY, _JUMP_PENALTY = 6, 8, 24
 _COARSE_MEDIAN_RADIUS_PX = 3
 
 
+def searches_coarse(cameras: Cameras, window: Window) -> bool:
+    """Whether `search` looks at half size first, because the range has too many labels."""
+    width_px = float(window.high_px.max()) - float(window.low_px.min())
+    wide = window.high_px - window.low_px > _NARROW_UP_TO_LABELS * cameras.step_px
+    return bool(wide.mean() >= _FEW) and width_px > _COARSE_FROM_LABELS * cameras.step_px
+
+
 def search(
     images: NDArray[np.float32], cameras: Cameras, window: Window, scales: Scales
 ) -> NDArray[np.float32]:
@@ -43,9 +50,9 @@ def search(
     labels = _labels(float(window.low_px.min()), float(window.high_px.max()), cameras.step_px)
     if wide.mean() < _FEW:
         return _search_few(images, cameras, window, wide)
-    if len(labels) <= _COARSE_FROM_LABELS:
-        return _search_all(images, cameras, window, scales, labels)
-    return np.where(wide, _search_coarse(images, cameras, window, 2), window.expected_px)
+    if searches_coarse(cameras, window):
+        return np.where(wide, _search_coarse(images, cameras, window, 2), window.expected_px)
+    return _search_all(images, cameras, window, scales, labels)
 
 
 def _labels(low_px: float, high_px: float, step_px: float) -> NDArray[np.float32]:

@@ -158,6 +158,8 @@ class QualityConfig(Model):
     line_rms_px: Positive = 0.5
     """Largest rms distance of corners from their epipolar lines; more means views that are not
     rectified, and wrong depth away from the board's centre."""
+    depth_sigma_pct: Positive = 1.0
+    """Largest 1 sigma of a pixel's depth, per cent of the depth; a pixel above has no answer."""
     valid_share_pct: NotNegative = 50.0
     """Least share of pixels with a depth in a capture, per cent."""
 

@@ -33,7 +33,7 @@ def test_depth_follows_the_curve_and_ends_with_it(curve: Curve) -> None:
     slope_px = np.array([[physical_px(500.0), physical_px(1000.0), 100.0, np.nan]], np.float32)
     sigma_px = np.array([[0.01, 0.02, 0.02, np.nan]], np.float32)
     label = np.array([[Label.NEARER, Label.OCCLUSION, Label.NEARER, Label.NONE]], np.uint8)
-    depth = depth_from_slopes(SlopeMap(slope_px, sigma_px, label), curve)
+    depth = depth_from_slopes(SlopeMap(slope_px, sigma_px, label), curve, max_sigma_pct=1.0)
     assert depth.depth_mm.dtype == depth.sigma_mm.dtype == np.float32
     assert depth.label.dtype == np.uint8
     np.testing.assert_allclose(depth.depth_mm, [[500.0, 1000.0, np.nan, np.nan]], rtol=1e-3)
@@ -41,6 +41,17 @@ def test_depth_follows_the_curve_and_ends_with_it(curve: Curve) -> None:
     expected_mm = curve.depth_sigma_mm(slope_px, sigma_px)
     np.testing.assert_array_equal(depth.sigma_mm, expected_mm)
     assert np.isnan(depth.sigma_mm[0, 2:]).all()
+
+
+def test_a_slope_that_is_not_known_well_enough_gives_no_depth(curve: Curve) -> None:
+    slope_px = np.full((1, 3), physical_px(800.0), np.float32)
+    per_px_pct = 100.0 * curve.depth_sigma_mm(slope_px, np.ones_like(slope_px)) / 800.0
+    sigma_px = (np.array([[0.5, 0.9, 1.1]]) / per_px_pct).astype(np.float32)
+    slopes = SlopeMap(slope_px, sigma_px, np.full((1, 3), Label.NEARER, np.uint8))
+    depth = depth_from_slopes(slopes, curve, max_sigma_pct=1.0)
+    assert depth.label.tolist() == [[Label.NEARER, Label.NEARER, Label.NONE]]
+    assert np.isnan(depth.depth_mm).tolist() == [[False, False, True]]
+    assert np.isnan(depth.sigma_mm).tolist() == [[False, False, True]]
 
 
 MAPS = npst.arrays(
