@@ -14,7 +14,6 @@ from typing import TypeVar
 import numpy as np
 
 from benchmarks.slopes.dino import dino_folder, load_dino
-from benchmarks.slopes.opencv import MODES, pair_slopes
 from benchmarks.slopes.scenes import (
     CHOSEN_ON,
     LAYOUTS,
@@ -25,14 +24,15 @@ from benchmarks.slopes.scenes import (
     make_scene,
 )
 from benchmarks.slopes.scores import Scores, score
+from rig.compare.baselines import FILLED
 from rig.epipolar import SlopePrior, estimate_slopes
 
 Result = TypeVar("Result")
 _REPEATS = 3
 _HEAD = (
-    f"{'scene':28} {'method':10} {'BP.01':>6} {'BP.03':>6} {'BP.07':>6} {'bad 1':>6} "
+    f"{'scene':28} {'method':16} {'BP.01':>6} {'BP.03':>6} {'BP.07':>6} {'bad 1':>6} "
     f"{'MSEx100':>8} {'edge':>6} {'dens':>6} {'BP.07 of':>8} {'err/':>6} {'wall':>6} {'cpu':>6}\n"
-    f"{'':96}{'best 80%':>9} {'sigma':>6} {'ms':>6} {'ms':>6}"
+    f"{'':102}{'best 80%':>9} {'sigma':>6} {'ms':>6} {'ms':>6}"
 )
 
 
@@ -51,7 +51,7 @@ def timed(work: Callable[[], Result]) -> tuple[Result, tuple[float, float]]:
 
 def line(scene: str, method: str, s: Scores, ms: tuple[float, float]) -> None:
     print(
-        f"{scene:28} {method:10} {s.bad_001:6.2f} {s.bad_003:6.2f} {s.bad_007:6.2f} {s.bad_1:6.2f} "
+        f"{scene:28} {method:16} {s.bad_001:6.2f} {s.bad_003:6.2f} {s.bad_007:6.2f} {s.bad_1:6.2f} "
         f"{s.mse_100:8.3f} {s.edge_bad:6.2f} {s.density:6.1f} {s.confident_bad_007:8.2f} "
         f"{s.sigma_ratio:6.2f} {ms[0]:6.0f} {ms[1]:6.0f}",
         flush=True,
@@ -64,9 +64,9 @@ def compare(scenes: Iterable[Scene]) -> None:
         slopes, ms = timed(partial(estimate_slopes, scene.views, scene.range_px))
         truth = (scene.slope_px, scene.range_px, scene.border_px)
         line(scene.name, "rig", score(slopes.slope_px, slopes.sigma_px, *truth), ms)
-        for mode in MODES:
-            slope, ms = timed(partial(pair_slopes, scene.views, scene.range_px, mode))
-            line("", f"SGBM-{mode}", score(slope, None, *truth), ms)
+        for method in FILLED:
+            slope, ms = timed(partial(method.run, scene.views, scene.range_px))
+            line("", method.name, score(slope, None, *truth), ms)
 
 
 def live() -> None:
