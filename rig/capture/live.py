@@ -5,13 +5,18 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from rig.curve import Curve
 from rig.depth import DepthMap, depth_from_slopes
 from rig.devices import Camera
-from rig.epipolar import SlopeMap, estimate_slopes
+from rig.epipolar import SlopeMap, SlopePrior, estimate_slopes
 from rig.frames import MultiView
 from rig.profile import Profile
 from rig.rectified import rectified_views
+
+_MOTION_PX = np.float32(0.2)
+"""1 sigma of what a slope may change from one multi-view to the next and still be followed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +59,10 @@ def run_capture(
 ) -> Iterator[Measured]:
     """Yield slopes and depth of every multi-view that the camera streams.
 
+    The slopes of one multi-view are the hypothesis for the next: only their neighbourhood is
+    searched, all of the range where they are contradicted or unknown. A scene that jumps is right
+    again in the second multi-view after it.
+
     Skewed multi-views are dropped and counted: a moving scene seen at different times gives
     slopes that no distance explains.
 
@@ -62,14 +71,15 @@ def run_capture(
         SlopeError: the images give no slopes at all.
     """
     index = 0
+    hypothesis: SlopePrior | None = None
     for multiview in camera.stream():
         begun_s = time.perf_counter()
         if multiview.skew_s > profile.camera.max_skew_s:
             tally.skewed += 1
             continue
-        slopes = estimate_slopes(
-            rectified_views(profile, multiview.stack()), slope_range_px=profile.slopes.range_px
-        )
+        views = rectified_views(profile, multiview.stack())
+        slopes = estimate_slopes(views, profile.slopes.range_px, hypothesis)
+        hypothesis = SlopePrior(slopes.slope_px, np.maximum(slopes.sigma_px, _MOTION_PX))
         depth = (
             None
             if curve is None

@@ -1,0 +1,110 @@
+"""The live loop: each multi-view is the hypothesis for the next."""
+
+from collections.abc import Iterator, Mapping
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from rig.capture.live import CaptureTally, run_capture
+from rig.frames import Frame, MultiView
+from rig.profile import Profile
+from rig.profile.load import load_profile
+from tests.support.lightfield import (
+    Surface,
+    disc,
+    everywhere,
+    expose,
+    noise_texture,
+    plane,
+    render_views,
+    true_slope_px,
+)
+
+SHAPE = (120, 160)
+
+
+class Sequence:
+    """A camera that streams given multi-views once."""
+
+    def __init__(self, views: tuple[str, ...], multiviews: list[MultiView]) -> None:
+        self.views = views
+        self._multiviews = multiviews
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        pass
+
+    @property
+    def identity(self) -> Mapping[str, str]:
+        return {}
+
+    @property
+    def dropped(self) -> Mapping[str, int]:
+        return {}
+
+    def grab(self, timeout_s: float) -> MultiView:
+        return self._multiviews[0]
+
+    def stream(self) -> Iterator[MultiView]:
+        yield from self._multiviews
+
+
+def scene(wall_px: float, ball_px: float, left: bool) -> list[Surface]:
+    centre = (50.0, 60.0) if left else (110.0, 60.0)
+    wall, ball = (noise_texture(seed, mean=120.0, contrast=25.0, finest_px=2.0) for seed in (1, 2))
+    return [
+        Surface(plane(wall_px, per_u=0.005), wall, everywhere),
+        Surface(plane(ball_px), ball, disc(centre, 30.0)),
+    ]
+
+
+def multiview(profile: Profile, surfaces: list[Surface], number: int) -> MultiView:
+    x = np.array([view.x_steps for view in profile.views])
+    y = np.array([view.y_steps for view in profile.views])
+    images = expose(
+        render_views(surfaces, SHAPE, x, y, supersample=2), noise=1.0, gain_spread=0.0, seed=number
+    )
+    return MultiView(
+        tuple(
+            Frame(view.name, image, timestamp_s=0.1 * number, sequence=number)
+            for view, image in zip(profile.views, images, strict=True)
+        )
+    )
+
+
+def test_a_still_scene_stays_right_and_a_jump_is_right_again_in_the_second_frame():
+    profile = load_profile("sim", ["slopes.range_px=[-8.0, 12.0]"])
+    before, after = scene(-4.0, 6.0, left=True), scene(-2.0, 8.0, left=False)
+    stream = [multiview(profile, before, n) for n in range(3)]
+    stream += [multiview(profile, after, n) for n in range(3, 6)]
+    camera = Sequence(tuple(view.name for view in profile.views), stream)
+    tally = CaptureTally()
+    measured = list(run_capture(profile, camera, None, tally))
+    bad = [
+        float(np.mean(~(np.abs(m.slopes.slope_px - true_slope_px(truth, SHAPE)) <= 0.5)))
+        for m, truth in zip(measured, [before] * 3 + [after] * 3, strict=True)
+    ]
+    assert max(bad[:3]) < 0.08
+    assert bad[4] < 0.12
+    assert bad[5] < 0.10
+    assert [m.index for m in measured] == list(range(6))
+    assert tally.valid_pct > 95.0
+
+
+def test_skewed_multi_views_are_left_out_and_counted():
+    profile = load_profile("sim", ["slopes.range_px=[-8.0, 12.0]"])
+    good = multiview(profile, scene(-4.0, 6.0, left=True), 0)
+    late = Frame("left", good.frames[1].image, timestamp_s=1.0, sequence=0)
+    skewed = MultiView((good.frames[0], late, *good.frames[2:]))
+    tally = CaptureTally()
+    camera = Sequence(tuple(view.name for view in profile.views), [good, skewed, good])
+    assert len(list(run_capture(profile, camera, None, tally))) == 2
+    assert tally.skewed == 1
