@@ -4,6 +4,7 @@ import json
 import math
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 
 def show(text: str = "") -> None:
@@ -13,8 +14,14 @@ def show(text: str = "") -> None:
 
 def tell(text: str) -> None:
     """Print a line about the run."""
-    sys.stderr.write(text + "\n")
-    sys.stderr.flush()
+    tell_raw(text + "\n")
+
+
+def tell_raw(text: str) -> None:
+    """Write to stderr; a terminal that was closed meanwhile must not end a run."""
+    with suppress(OSError):
+        sys.stderr.write(text)
+        sys.stderr.flush()
 
 
 def show_json(value: Mapping[str, object]) -> None:

@@ -5,7 +5,7 @@ import time
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from rig.cli.output import tell
+from rig.cli.output import tell, tell_raw
 
 if TYPE_CHECKING:
     from rig.capture.live import CaptureTally, Measured
@@ -33,7 +33,7 @@ class Progress:
         trace: TracebackType | None,
     ) -> None:
         if self._is_terminal and self._width:
-            sys.stderr.write("\n")
+            tell_raw("\n")
 
     def report(self, done: int, text: str) -> None:
         """Show that `done` of the total are done.
@@ -52,8 +52,7 @@ class Progress:
         left = self._left(done, *self._first, now_s)
         line = f"[{count}] {text}{left}"
         if self._is_terminal:
-            sys.stderr.write("\r" + line.ljust(self._width))
-            sys.stderr.flush()
+            tell_raw("\r" + line.ljust(self._width))
             self._width = len(line)
         else:
             tell(line)
