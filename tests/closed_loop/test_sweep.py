@@ -101,10 +101,9 @@ def test_a_board_outside_the_picture_is_named_and_loses_nothing(rig: Command):
 @pytest.mark.slow
 def test_a_killed_sweep_is_resumed_where_it_stopped(rig: Command, tmp_path: Path):
     arguments = ["sweep", "sim", *QUICK, *FIVE, *NO_HOLDOUT]
-    process = start(arguments)
-    wait_for_samples(2)
-    process.kill()
-    process.wait()
+    with start(arguments) as process:
+        wait_for_samples(2)
+        process.kill()
     with open_store(os.environ["RIG_DATABASE"]) as store:
         taken = store.samples(1)
     assert 2 <= len(taken) < 5
@@ -116,10 +115,11 @@ def test_a_killed_sweep_is_resumed_where_it_stopped(rig: Command, tmp_path: Path
 
 @pytest.mark.slow
 def test_ctrl_c_stops_the_stage_keeps_everything_and_can_be_resumed(rig: Command):
-    process = start(["sweep", "sim", *QUICK, *FIVE, *NO_HOLDOUT, "--set", "world.clock=real"])
-    wait_for_samples(2)
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    real_time = ("--set", "world.clock=real")
+    with start(["sweep", "sim", *QUICK, *FIVE, *NO_HOLDOUT, *real_time]) as process:
+        wait_for_samples(2)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "the stage stands still" in errors
     with open_store(os.environ["RIG_DATABASE"]) as store:
@@ -131,10 +131,11 @@ def test_ctrl_c_stops_the_stage_keeps_everything_and_can_be_resumed(rig: Command
 
 @pytest.mark.slow
 def test_a_rig_that_changed_meanwhile_is_refused(rig: Command):
-    process = start(["sweep", "sim", *QUICK, *FIVE, *NO_HOLDOUT, "--set", "world.clock=real"])
-    wait_for_samples(3)
-    process.send_signal(signal.SIGTERM)
-    assert process.wait(timeout=60) == 130
+    real_time = ("--set", "world.clock=real")
+    with start(["sweep", "sim", *QUICK, *FIVE, *NO_HOLDOUT, *real_time]) as process:
+        wait_for_samples(3)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(timeout=60) == 130
     moved = rig(
         "sweep", "sim", "--resume", *QUICK, "--set", "world.carriage.board_at_machine_zero_mm=1210"
     )
