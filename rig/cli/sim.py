@@ -42,6 +42,7 @@ def stage(
     Opening the port resets the controller, as on a real board; home it first ($H).
     """
     from rig.hardware import serve_simulated_stage
+    from rig.interrupts import Interrupts
     from rig.profile.load import load_profile
 
     profile = load_profile(profile_name, overrides or ())
@@ -55,7 +56,8 @@ def stage(
         sys.stdout.flush()
 
     try:
-        serve_simulated_stage(profile, announce)
+        with Interrupts():  # a shell that starts it in the background hands Ctrl-C down ignored
+            serve_simulated_stage(profile, announce)
     except KeyboardInterrupt:
         tell("the simulated stage is gone")
         raise typer.Exit(INTERRUPTED) from None
