@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.board_slope import BoardSlope
-from rig.epipolar.views import Label, SlopeMap, SlopePrior
+from rig.epipolar.estimate import estimate_slopes
+from rig.epipolar.views import Label, RectifiedViews, SlopeMap, SlopePrior
 from rig.errors import SlopeError
 
 Float = NDArray[np.float64]
@@ -21,6 +22,8 @@ _PRIOR_SIGMA_PX = 0.25
 _BLOCK_PX = 16
 """Errors of a dense map are correlated over its windows; blocks of this size count as one."""
 _FEWEST_PIXELS = 100
+_SURROUNDINGS_PX = 32
+"""How far around a pixel the estimator looks, with a margin."""
 _TUKEY = 4.685
 _STEPS = 10
 
@@ -52,6 +55,42 @@ def plane_prior(slope: BoardSlope, shape: tuple[int, int]) -> SlopePrior:
     plane = np.where(_inside(slope, shape), slope.slope_at(x, y), np.nan)
     sigma_px = min(_PRIOR_SIGMA_PX, slope.period_px / 16)
     return SlopePrior(plane.astype(np.float32), np.full(shape, sigma_px, np.float32))
+
+
+def measure_dense(
+    views: RectifiedViews, slope_range_px: tuple[float, float], board: BoardSlope
+) -> DenseBoardSlope:
+    """Run the dense estimator on the part of the views that shows the board.
+
+    Args:
+        views: the whole views.
+        slope_range_px: lowest and highest slope to search beside the board.
+        board: the line fit, as the hypothesis on the board.
+
+    Raises:
+        SlopeError: the views give too few answers on the board.
+    """
+    window = _window(views, board)
+    part = RectifiedViews(views.images[:, *window], views.x_steps, views.y_steps, views.reference)
+    prior = plane_prior(board, views.shape)
+    found = estimate_slopes(
+        part, slope_range_px, SlopePrior(prior.slope_px[window], prior.sigma_px[window])
+    )
+    slope_px = np.full(views.shape, np.nan, np.float32)
+    sigma_px, label = slope_px.copy(), np.zeros(views.shape, np.uint8)
+    slope_px[window], sigma_px[window] = found.slope_px, found.sigma_px
+    label[window] = found.label
+    return dense_board_slope(SlopeMap(slope_px, sigma_px, label, found.warnings), board)
+
+
+def _window(views: RectifiedViews, board: BoardSlope) -> tuple[slice, slice]:
+    """Rows and columns that hold the board in every view, and what the estimator looks at."""
+    slopes = np.abs(board.slope_at(board.outline_px[:, 0], board.outline_px[:, 1]))
+    longest = float(np.hypot(views.x_steps, views.y_steps).max())
+    margin_px = int(np.ceil(float(slopes.max()) * longest)) + _SURROUNDINGS_PX
+    (left, top), (right, bottom) = board.outline_px.min(axis=0), board.outline_px.max(axis=0)
+    rows = slice(max(0, int(top) - margin_px), int(bottom) + margin_px + 1)
+    return rows, slice(max(0, int(left) - margin_px), int(right) + margin_px + 1)
 
 
 def dense_board_slope(slopes: SlopeMap, board: BoardSlope) -> DenseBoardSlope:

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.database import Failure, Measurement
-from rig.epipolar import RectifiedViews, estimate_slopes
+from rig.epipolar import RectifiedViews
 from rig.epipolar.board_fit import fit_board_slope
-from rig.epipolar.board_prior import DenseBoardSlope, dense_board_slope, plane_prior
+from rig.epipolar.board_prior import DenseBoardSlope, measure_dense
 from rig.epipolar.board_slope import BoardSlope
 from rig.errors import SlopeError, TargetError
 from rig.frames import GreyImage
@@ -84,8 +84,7 @@ def _dense_slope(
 
     The curve does not need it; the report shows a gap.
     """
-    prior = plane_prior(slope, views.shape)
     try:
-        return dense_board_slope(estimate_slopes(views, profile.slopes.range_px, prior), slope)
+        return measure_dense(views, profile.slopes.range_px, slope)
     except SlopeError:
         return None
