@@ -130,19 +130,16 @@ def require_matching(profile: Profile, calibrated: Profile, curve_id: int) -> No
     """Refuse a curve that was measured with another arrangement of cameras.
 
     Raises:
-        CurveError: rig, views, pitch or kind of camera differ.
+        CurveError: name, views or pitch differ.
     """
-    for what, found, asked in (
-        ("rig", calibrated.name, profile.name),
-        ("views", calibrated.views, profile.views),
-        ("pitch_mm", calibrated.pitch_mm, profile.pitch_mm),
-    ):
-        if found != asked:
-            shown = f"{found} there, {asked} here" if what != "views" else "other places of views"
-            raise CurveError(
-                f"curve {curve_id} belongs to another rig: {what} differs ({shown}); "
-                f"run `rig sweep {profile.name}` or choose with --curve"
-            )
+    what = profile.first_difference(calibrated, ("name", "views", "pitch_mm"))
+    if what is not None:
+        found, asked = getattr(calibrated, what), getattr(profile, what)
+        shown = f"{found} there, {asked} here" if what != "views" else "other places of views"
+        raise CurveError(
+            f"curve {curve_id} belongs to another rig: {what} differs ({shown}); "
+            f"run `rig sweep {profile.name}` or choose with --curve"
+        )
 
 
 def _until(

@@ -16,9 +16,8 @@ from rig.devices import Camera
 from rig.errors import ConfigError, StoreError
 from rig.frames import MultiView
 from rig.profile import Profile
+from rig.report.extra import report_extra
 from rig.sweep.conclude import stored_profile
-
-_EXTRA = ("matplotlib", "jinja2")
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,12 +96,12 @@ def _distances(
 def _require_same_rig(profile: Profile, store: Store, sweep_id: int) -> None:
     """Refuse frames of a sweep that was taken with another arrangement of cameras."""
     taken = stored_profile(store.sweep(sweep_id))
-    for what in ("name", "views", "pitch_mm"):
-        if getattr(taken, what) != getattr(profile, what):
-            raise ConfigError(
-                f"asked to compare {profile.name} on sweep {sweep_id} of rig {taken.name}: {what} "
-                "differs from what the sweep was taken with; choose another one with --sweep"
-            )
+    what = profile.first_difference(taken, ("name", "views", "pitch_mm"))
+    if what is not None:
+        raise ConfigError(
+            f"asked to compare {profile.name} on sweep {sweep_id} of rig {taken.name}: {what} "
+            "differs from what the sweep was taken with; choose another one with --sweep"
+        )
 
 
 def _make_folder(folder: Path) -> None:
@@ -116,16 +115,9 @@ def _make_folder(folder: Path) -> None:
 
 
 def _write(comparison: Comparison) -> None:
-    try:
+    with report_extra("the page of a comparison", "compare again"):
         # Here, because the plot library alone takes half a second to import.
         from rig.compare.page import comparison_html  # noqa: PLC0415
-    except ModuleNotFoundError as error:
-        if error.name is None or error.name.partition(".")[0] not in _EXTRA:
-            raise
-        raise ConfigError(
-            f"asked for the page of a comparison, {error.name} is not installed; "
-            "pip install 'epirig[report]', then compare again"
-        ) from error
     numbers = json.dumps(comparison.as_dict(), indent=2, ensure_ascii=False, allow_nan=False)
     write_bytes(comparison.folder / NUMBERS_FILE, numbers.encode())
     write_bytes(comparison.folder / PAGE_FILE, comparison_html(comparison).encode())

@@ -220,6 +220,10 @@ class Profile(Model):
             raise ValueError("a simulated camera or stage needs a [world] section")
         return self
 
+    def first_difference(self, other: Self, parts: tuple[str, ...]) -> str | None:
+        """Return the first of these parts in which two profiles differ, None where they agree."""
+        return next((p for p in parts if getattr(self, p) != getattr(other, p)), None)
+
     @property
     def reference(self) -> int:
         """Index of the reference view."""

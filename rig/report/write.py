@@ -5,13 +5,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.database.trouble import explained
-from rig.errors import ConfigError
+from rig.report.extra import report_extra
 
 if TYPE_CHECKING:
     from rig.database import Store
     from rig.sweep.conclude import SweepResult
-
-_EXTRA = ("matplotlib", "jinja2")
 
 
 def write_report(store: "Store", result: "SweepResult") -> Path:
@@ -30,16 +28,9 @@ def write_report(store: "Store", result: "SweepResult") -> Path:
         ConfigError: the extra `report` is not installed.
         StoreError: a frame is missing or damaged, or the file cannot be written.
     """
-    try:
+    with report_extra(f"the report of sweep {result.sweep_id}", f"rig report {result.sweep_id}"):
         # Here, because plot library and mathematics take a second to import.
         from rig.report.page import report_html  # noqa: PLC0415
-    except ModuleNotFoundError as error:
-        if error.name is None or error.name.partition(".")[0] not in _EXTRA:
-            raise
-        raise ConfigError(
-            f"asked for the report of sweep {result.sweep_id}, {error.name} is not installed; "
-            f"pip install 'epirig[report]', then rig report {result.sweep_id}"
-        ) from error
     _write_atomically(result.report, report_html(store, result))
     return result.report
 

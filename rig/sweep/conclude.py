@@ -35,8 +35,7 @@ class SweepResult:
     @property
     def failed_gates(self) -> tuple[str, ...]:
         """What keeps this curve from being used without asking, one line each."""
-        missed = (str(gate) for gate in self.gates if not gate.passed)
-        return (*missed, *(stop.problem for stop in self.stops if stop.problem is not None))
+        return _failures(self.gates, self.stops)
 
     def as_dict(self) -> dict[str, object]:
         """Return the result as the command line's JSON contract."""
@@ -90,13 +89,12 @@ def conclude_sweep(store: Store, sweep_id: int, times: SweepTimes | None = None)
     """
     stops, fit = _fit(store, sweep_id)
     gates = quality_gates(stored_profile(store.sweep(sweep_id)), fit.holdout, stops)
-    is_good = all(gate.passed for gate in gates) and all(stop.problem is None for stop in stops)
     curve_id = store.save_curve(
         sweep_id,
         curve=fit.best.to_json(),
         holdout=_holdout(fit),
         versions=software_versions(),
-        active=is_good,
+        active=not _failures(gates, stops),
     )
     return _result(store, sweep_id, stops, fit, curve_id, times)
 
@@ -174,3 +172,8 @@ def _holdout(fit: CurveFit) -> dict[str, object]:
         "max_pct": holdout.max_pct,
         "rms_mm": holdout.rms_mm,
     }
+
+
+def _failures(gates: tuple[Gate, ...], stops: tuple[StopResult, ...]) -> tuple[str, ...]:
+    missed = (str(gate) for gate in gates if not gate.passed)
+    return (*missed, *(stop.problem for stop in stops if stop.problem is not None))

@@ -59,13 +59,13 @@ def resumed_sweep(store: Store, profile: Profile, sweep_id: int | None) -> Sweep
     """
     sweep = store.last_resumable_sweep(profile.name) if sweep_id is None else store.sweep(sweep_id)
     before = stored_profile(sweep)
-    for what in ("name", "views", "pitch_mm", "target"):
-        if getattr(before, what) != getattr(profile, what):
-            raise ConfigError(
-                f"asked to resume sweep {sweep.id} of rig {before.name} with profile "
-                f"{profile.name}: {what} differs from what the sweep began with; use the same "
-                "profile, or begin a new sweep"
-            )
+    what = profile.first_difference(before, ("name", "views", "pitch_mm", "target"))
+    if what is not None:
+        raise ConfigError(
+            f"asked to resume sweep {sweep.id} of rig {before.name} with profile "
+            f"{profile.name}: {what} differs from what the sweep began with; use the same "
+            "profile, or begin a new sweep"
+        )
     store.reopen_sweep(sweep.id)
     return SweepJob(profile, sweep.stops, sweep.samples_per_stop, sweep.id)
 
