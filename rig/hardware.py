@@ -8,12 +8,7 @@ from typing import TYPE_CHECKING
 
 from rig.devices import Camera, Clock, Stage, SystemClock
 from rig.errors import ConfigError
-from rig.profile import (
-    FolderCameraConfig,
-    GrblStageConfig,
-    Profile,
-    SimCameraConfig,
-)
+from rig.profile import FolderCameraConfig, Profile, SimCameraConfig, StageConfig
 
 if TYPE_CHECKING:
     from sim.world import World
@@ -88,7 +83,7 @@ class _Bench:
                     config, self._profile.views, root=Path(config.folder), clock=self.clock
                 )
 
-    def stage(self, config: GrblStageConfig) -> Stage:
+    def stage(self, config: StageConfig) -> Stage:
         from drivers.grbl import GrblStage
 
         return GrblStage(config, self.clock)

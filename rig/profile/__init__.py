@@ -1,15 +1,8 @@
 """Profiles: what a rig consists of, as closed and documented values."""
 
-from rig.profile.models import (
-    CameraConfig,
-    FolderCameraConfig,
-    GrblStageConfig,
-    Profile,
-    SimCameraConfig,
-    SweepConfig,
-    TargetConfig,
-    ViewConfig,
-)
+from rig.profile.cameras import CameraConfig, FolderCameraConfig, SimCameraConfig
+from rig.profile.models import Profile, SweepConfig, TargetConfig, ViewConfig
+from rig.profile.stages import GrblStageConfig, StageConfig
 from rig.profile.world import CarriageConfig, FirmwareConfig, WorldConfig
 
 __all__ = [
@@ -20,6 +13,7 @@ __all__ = [
     "GrblStageConfig",
     "Profile",
     "SimCameraConfig",
+    "StageConfig",
     "SweepConfig",
     "TargetConfig",
     "ViewConfig",

@@ -1,6 +1,12 @@
 """The common ground of all profile sections."""
 
-from pydantic import BaseModel, ConfigDict
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Span = tuple[float, float]
 
 
 class Model(BaseModel):

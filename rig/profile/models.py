@@ -1,13 +1,13 @@
 """A profile: one rig, described completely, as it stands on the bench."""
 
-from typing import Annotated, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from rig.profile.model import Model
-from rig.profile.world import NotNegative, Positive, WorldConfig
-
-Span = tuple[float, float]
+from rig.profile.cameras import CameraConfig, FolderCameraConfig
+from rig.profile.model import Model, NotNegative, Positive, Span
+from rig.profile.stages import StageConfig
+from rig.profile.world import WorldConfig
 
 
 class ViewConfig(Model):
@@ -19,83 +19,6 @@ class ViewConfig(Model):
     """Place right of the reference view, in view steps (multiples of the pitch)."""
     y_steps: float
     """Place below the reference view, in view steps."""
-
-
-class CameraLimits(Model):
-    """What every kind of camera has to keep."""
-
-    timeout_s: Positive = 3.0
-    """Longest wait for one multi-view."""
-    max_skew_s: Positive = 0.005
-    """Largest time between the exposures of one multi-view; anything above is dropped."""
-
-
-class SimCameraConfig(CameraLimits):
-    """The simulated camera; it looks at the profile's `world`."""
-
-    kind: Literal["sim"]
-    """Selects the simulated camera."""
-    width_px: int = Field(ge=16)
-    """Image width."""
-    height_px: int = Field(ge=16)
-    """Image height."""
-    exposure_s: Positive = 0.008
-    """Exposure time of every view."""
-    frame_interval_s: Positive = 1.0 / 30.0
-    """Time between frames."""
-
-
-class FolderCameraConfig(CameraLimits):
-    """Stored images instead of a device."""
-
-    kind: Literal["folder"]
-    """Selects stored images."""
-    folder: str
-    """Folder with the images; relative paths start at the profile file."""
-    files: dict[str, str]
-    """By view name: a file name or pattern (`left_*.png`); one match per multi-view, in order."""
-
-
-CameraConfig = Annotated[SimCameraConfig | FolderCameraConfig, Field(discriminator="kind")]
-
-
-class GrblStageConfig(Model):
-    """A linear stage behind a GRBL 1.1 controller."""
-
-    kind: Literal["grbl"]
-    """Selects the GRBL 1.1 protocol."""
-    port: str
-    """Serial port: a device path, or a pyserial URL such as `socket://host:port`."""
-    baud: int = Field(default=115200, gt=0)
-    """Bits per second."""
-    axis: Literal["X", "Y", "Z"] = "X"
-    """The controller's axis that carries the board."""
-    travel_mm: Span
-    """Nearest and farthest distance the board may be sent to. Because of `approach_mm` the carriage
-    itself goes that much nearer; opening checks that the controller's own limits leave the room."""
-    distance_at_machine_zero_mm: float
-    """Distance of the board from the reference camera at machine coordinate 0."""
-    direction: Literal[1, -1] = 1
-    """1: distance grows with the machine coordinate; -1: it shrinks."""
-    speed_mm_s: Positive = 50.0
-    """Speed of moves."""
-    acceleration_mm_s2: Positive = 200.0
-    """Acceleration set in the controller; used only to estimate times."""
-    approach_mm: NotNegative = 2.0
-    """Every position is approached from the near side over this distance: backlash cancels."""
-    tolerance_mm: Positive = 0.02
-    """Largest difference between the position asked for and the one read back."""
-    may_home: bool = True
-    """Whether opening may move the stage to its reference switch."""
-    homing_timeout_s: Positive = 60.0
-    """Longest wait for homing."""
-
-    @model_validator(mode="after")
-    def _travel_has_a_length(self) -> Self:
-        if not self.travel_mm[0] < self.travel_mm[1]:
-            low_mm, high_mm = self.travel_mm
-            raise ValueError(f"travel_mm runs from {low_mm} to {high_mm}; give nearest, farthest")
-        return self
 
 
 class TargetConfig(Model):
@@ -177,7 +100,7 @@ class Profile(Model):
     """All views; exactly one of them, the reference, is at (0, 0)."""
     camera: CameraConfig
     """Where images come from."""
-    stage: GrblStageConfig | None = None
+    stage: StageConfig | None = None
     """What carries the board; not needed for capture."""
     target: TargetConfig | None = None
     """The board; not needed for capture."""

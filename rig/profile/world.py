@@ -1,13 +1,11 @@
 """The truth of a simulated rig: what `sim` builds and `rig` never looks at."""
 
-from typing import Annotated, Literal
+from typing import Literal
 
 from pydantic import Field
 
-from rig.profile.model import Model
+from rig.profile.model import Model, NotNegative, Positive
 
-Positive = Annotated[float, Field(gt=0.0)]
-NotNegative = Annotated[float, Field(ge=0.0)]
 Vector = tuple[float, float, float]
 
 
