@@ -12,6 +12,7 @@ RigError
 │   ├── StageTimeoutError (TimeoutError)     no answer, or the move did not end in time
 │   └── StagePositionError            it stopped elsewhere than it was told to
 ├── TargetError                       no board, or not the board asked for, or it moved
+├── CalibrationError                  sightings that do not determine the cameras and their places
 ├── SlopeError                        images that give no slope
 ├── CurveError                        too few or contradictory distances, or another rig's curve
 └── StoreError                        database or frame folder cannot be read or written
@@ -123,6 +124,10 @@ class TargetError(RigError):
     def __init__(self, message: str, *, reason: str) -> None:
         super().__init__(message)
         self.reason = reason
+
+
+class CalibrationError(RigError):
+    """The sightings of the target do not determine the geometry of the rig."""
 
 
 class SlopeError(RigError):
