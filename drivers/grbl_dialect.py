@@ -6,6 +6,8 @@ Source: GRBL v1.1 interface documentation and the tables of its error and alarm 
 import re
 from dataclasses import dataclass
 
+from drivers.dialogue import Noise
+
 AXES = "XYZ"
 
 
@@ -68,13 +70,6 @@ class Status:
     """Given instead of machine coordinates where $10 says so."""
     offset_mm: tuple[float, ...] | None
     """Machine minus work coordinates; comes only now and then."""
-
-
-@dataclass(frozen=True, slots=True)
-class Noise:
-    """A line that GRBL 1.1 would not say."""
-
-    text: str
 
 
 Reply = Ok | Refused | Alarm | Banner | Setting | Message | Status | Noise

@@ -1,12 +1,10 @@
 """The dialogue with a GRBL controller: ask, wait for the answer, notice what nobody asked for."""
 
-import threading
-
+from drivers.dialogue import QUIET_S, SLICE_S, Dialogue
 from drivers.grbl_dialect import (
     Alarm,
     Banner,
     Message,
-    Noise,
     Ok,
     Refused,
     Reply,
@@ -27,13 +25,10 @@ from rig.errors import (
 
 BANNER_TIMEOUT_S = 3.0
 """Opening the port resets an Uno; its banner comes after 1-2 s."""
-QUIET_S = 0.1
-"""A line that is silent for so long has said everything."""
 ANSWER_TIMEOUT_S = 2.0
 STATUS_TIMEOUT_S = 0.3
 """`?` is answered within milliseconds; later it was lost and is asked again."""
 STATUS_ATTEMPTS = 6
-POLL_S = 0.05
 REREAD_S = 0.01
 """Pause between two readings of a position at rest."""
 RESET_ATTEMPTS = 3
@@ -54,14 +49,12 @@ class GrblLink:
     """
 
     def __init__(self, line: SerialLine, clock: Clock, device: str) -> None:
-        self._line = line
         self._clock = clock
         self._device = device
+        self._dialogue = Dialogue(
+            line, clock, device, parse=parse_reply, notice=self._notice, refuse=self._refuse
+        )
         self._offset_mm: tuple[float, ...] | None = None
-        self._noise = 0
-        self._cancelling = threading.Event()
-        self._cancels = 0
-        self._begun_at = 0
         self.is_homed = False
         """Whether machine coordinates mean anything; set after homing, cleared when lost."""
 
@@ -71,20 +64,18 @@ class GrblLink:
         Raises:
             DeviceNotFoundError: nothing like GRBL 1.1 answered.
         """
-        self._cancelling.clear()
-        self.begin()
+        self._dialogue.restart()
         self._offset_mm = None
-        self._noise = 0
         self.is_homed = False
         banner = self._await_banner()
         if banner is None:
-            self._line.write(RESET)
+            self._dialogue.write(RESET)
             banner = self._await_banner()
         if banner is None:
             raise DeviceNotFoundError(
                 self._device,
                 f"asked for GRBL, no banner came within {2 * BANNER_TIMEOUT_S:.0f} s"
-                f"{self._noise_note()}; check port, baud rate and the controller's supply",
+                f"{self._dialogue.noise_note()}; check port, baud rate and the controller's supply",
             )
         if banner.number < (1, 1):
             raise DeviceNotFoundError(
@@ -102,8 +93,7 @@ class GrblLink:
         Raises:
             StageAlarmError: a stop is still under way.
         """
-        self._begun_at = self._cancels
-        self._check_cancelled()
+        self._dialogue.begin()
 
     def command(self, text: str, timeout_s: float = ANSWER_TIMEOUT_S) -> list[Message | Setting]:
         """Send one line and return what was printed before its `ok`.
@@ -112,13 +102,11 @@ class GrblLink:
             StageAlarmError: refused, stopped by an alarm, reset, or cancelled.
             StageTimeoutError: no answer in time.
         """
-        while (reply := self._next(self._clock.now_s())) is not None:
-            self._raise_event(reply)
-        self._check_cancelled()
-        self._line.write(text.encode("ascii") + b"\n")
+        self._dialogue.heed_past()
+        self._dialogue.write(text.encode("ascii") + b"\n")
         printed: list[Message | Setting] = []
         deadline_s = self._clock.now_s() + timeout_s
-        while (reply := self._next_heeding(deadline_s)) is not None:
+        while (reply := self._dialogue.heed(deadline_s)) is not None:
             if isinstance(reply, Ok):
                 return printed
             if isinstance(reply, Refused):
@@ -131,7 +119,7 @@ class GrblLink:
                 printed.append(reply)
         raise StageTimeoutError(
             self._device,
-            f"{text} got no answer within {timeout_s:.1f} s{self._noise_note()}; "
+            f"{text} got no answer within {timeout_s:.1f} s{self._dialogue.noise_note()}; "
             "check cable and supply",
             timeout_s=timeout_s,
         )
@@ -144,9 +132,9 @@ class GrblLink:
             StageTimeoutError: no report came, though asked for several times.
         """
         for _ in range(STATUS_ATTEMPTS):
-            self._line.write(STATUS)
+            self._dialogue.write(STATUS)
             deadline_s = self._clock.now_s() + STATUS_TIMEOUT_S
-            while (reply := self._next_heeding(deadline_s)) is not None:
+            while (reply := self._dialogue.heed(deadline_s)) is not None:
                 if isinstance(reply, Status):
                     self._offset_mm = reply.offset_mm or self._offset_mm
                     self.is_homed = self.is_homed and reply.state != "Alarm"
@@ -154,7 +142,7 @@ class GrblLink:
         timeout_s = STATUS_ATTEMPTS * STATUS_TIMEOUT_S
         raise StageTimeoutError(
             self._device,
-            f"no status report within {timeout_s:.1f} s{self._noise_note()}; "
+            f"no status report within {timeout_s:.1f} s{self._dialogue.noise_note()}; "
             "check cable and supply",
             timeout_s=timeout_s,
         )
@@ -183,27 +171,26 @@ class GrblLink:
             left_s = deadline_s - self._clock.now_s()
             if left_s <= 0.0:
                 return None
-            self._clock.sleep_s(min(left_s, REREAD_S if is_at_rest else POLL_S))
+            self._clock.sleep_s(min(left_s, REREAD_S if is_at_rest else SLICE_S))
 
     # -- stopping -----------------------------------------------------------------------------
 
     def cancel(self, command: bytes) -> None:
         """Send a realtime command from any thread, and make whatever has begun give up."""
-        self._cancels += 1
-        self._cancelling.set()
-        self._line.write(command)
+        self._dialogue.cancel()
+        self._dialogue.write(command)
 
     def resume(self) -> None:
         """Let new things begin after `cancel`."""
-        self._cancelling.clear()
+        self._dialogue.resume()
 
     def hold(self, timeout_s: float) -> None:
         """Brake without losing steps, and wait for rest; at the timeout `reset` will tell."""
         deadline_s = self._clock.now_s() + timeout_s
         while self._clock.now_s() < deadline_s:
-            self._line.write(HOLD + STATUS)
+            self._dialogue.write(HOLD + STATUS)
             answer_s = self._clock.now_s() + STATUS_TIMEOUT_S
-            while (reply := self._next(answer_s)) is not None:
+            while (reply := self._dialogue.next(answer_s)) is not None:
                 if isinstance(reply, Banner):
                     self.is_homed = False
                 if isinstance(reply, Alarm | Banner):
@@ -212,7 +199,7 @@ class GrblLink:
                     if reply.state in STATES_AT_REST:
                         return
                     break
-            self._clock.sleep_s(POLL_S)
+            self._clock.sleep_s(SLICE_S)
 
     def reset(self) -> None:
         """Clear everything that is queued; the position is lost if the controller says so.
@@ -221,66 +208,46 @@ class GrblLink:
             DeviceLostError: the controller does not come back.
         """
         for _ in range(RESET_ATTEMPTS):
-            self._line.write(RESET)
+            self._dialogue.write(RESET)
             if self._await_banner() is not None:
                 self._drain()
                 self.is_homed = self.is_homed and self._is_idle()
                 return
         raise DeviceLostError(
             self._device,
-            f"did not come back from {RESET_ATTEMPTS} resets{self._noise_note()}; "
+            f"did not come back from {RESET_ATTEMPTS} resets{self._dialogue.noise_note()}; "
             "the stage may still be moving: switch its supply off",
         )
 
     # -- reading ------------------------------------------------------------------------------
 
-    def _next(self, deadline_s: float) -> Reply | None:
-        """Return the next reply, None if there is none before the deadline."""
-        text = self._line.read_line(deadline_s - self._clock.now_s())
-        if text is None:
-            return None
-        reply = parse_reply(text)
-        if isinstance(reply, Alarm):
-            self.is_homed = False
-        if isinstance(reply, Noise):
-            self._noise += 1
-        return reply
-
-    def _next_heeding(self, deadline_s: float) -> Reply | None:
-        """Return the next reply, but raise what nobody asked for, and give up when cancelled."""
-        while True:
-            now_s = self._clock.now_s()
-            reply = self._next(min(deadline_s, now_s + POLL_S))
-            self._check_cancelled()
-            if reply is not None:
-                self._raise_event(reply)
-                return reply
-            if now_s >= deadline_s:
-                return None
-
     def _await_banner(self) -> Banner | None:
         deadline_s = self._clock.now_s() + BANNER_TIMEOUT_S
-        while (reply := self._next(deadline_s)) is not None:
+        while (reply := self._dialogue.next(deadline_s)) is not None:
             if isinstance(reply, Banner):
                 return reply
         return None
 
     def _drain(self) -> None:
         """Read until the line is quiet; a second banner means another reset."""
-        while (reply := self._next(self._clock.now_s() + QUIET_S)) is not None:
+        while (reply := self._dialogue.next(self._clock.now_s() + QUIET_S)) is not None:
             if isinstance(reply, Banner):
                 self.is_homed = False
 
     def _is_idle(self) -> bool:
         for _ in range(STATUS_ATTEMPTS):
-            self._line.write(STATUS)
+            self._dialogue.write(STATUS)
             deadline_s = self._clock.now_s() + STATUS_TIMEOUT_S
-            while (reply := self._next(deadline_s)) is not None:
+            while (reply := self._dialogue.next(deadline_s)) is not None:
                 if isinstance(reply, Status):
                     return reply.state == "Idle"
         return False
 
-    def _raise_event(self, reply: Reply) -> None:
+    def _notice(self, reply: Reply) -> None:
+        if isinstance(reply, Alarm):
+            self.is_homed = False
+
+    def _refuse(self, reply: Reply) -> None:
         if isinstance(reply, Alarm):
             raise StageAlarmError(self._device, alarm_text(reply.code), code=f"ALARM:{reply.code}")
         if isinstance(reply, Banner):
@@ -292,12 +259,6 @@ class GrblLink:
                 code="reset",
             )
 
-    def _check_cancelled(self) -> None:
-        if self._cancelling.is_set() or self._cancels != self._begun_at:
-            raise StageAlarmError(
-                self._device, "stopped on request; move again when it is safe", code="stopped"
-            )
-
     def _machine_mm(self, status: Status, axis: int) -> float | None:
         """Return the machine coordinate; None while the work offset is not known yet."""
         if status.machine_mm is not None:
@@ -305,8 +266,3 @@ class GrblLink:
         if status.work_mm is None or self._offset_mm is None:
             return None
         return status.work_mm[axis] + self._offset_mm[axis]
-
-    def _noise_note(self) -> str:
-        """Say how much nonsense came over the line, if any did."""
-        lines, loose = self._noise, self._line.noise_bytes
-        return f" ({lines} damaged lines, {loose} loose bytes came)" if lines or loose else ""

@@ -4,11 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from drivers.grbl_dialect import AXES
+from drivers.travel import check_speed, check_travel
 from rig.errors import ConfigError
 from rig.profile import GrblStageConfig
-
-SLACK_MM = 1e-6
-"""Sums of decimal fractions are not exact."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,28 +77,5 @@ def check_axis(config: GrblStageConfig, axis: GrblAxis, *, device: str) -> None:
             f"{device}: the controller's ${120 + number} is {axis.acceleration_mm_s2:.1f} mm/s2; "
             "set an acceleration above 0"
         )
-    if config.speed_mm_s > axis.rate_mm_s * (1.0 + 1e-6):
-        raise ConfigError(
-            f"{device}: speed_mm_s is {config.speed_mm_s:.1f}, the controller's "
-            f"${110 + number} allows {axis.rate_mm_s:.1f} mm/s; lower the one or raise the other"
-        )
-    near_mm, far_mm = config.travel_mm
-    start_mm = near_mm - config.approach_mm
-    ends_mm = sorted(distance_mm(config, machine_mm) for machine_mm in axis.range_mm)
-    if not (ends_mm[0] - SLACK_MM <= start_mm and far_mm <= ends_mm[1] + SLACK_MM):
-        raise ConfigError(
-            f"{device}: travel_mm {near_mm:.1f}..{far_mm:.1f} with approach_mm "
-            f"{config.approach_mm:.1f} needs {start_mm:.1f}..{far_mm:.1f} mm, the controller's "
-            f"${130 + number} allows {ends_mm[0]:.1f}..{ends_mm[1]:.1f} mm; "
-            "shorten the travel or correct distance_at_machine_zero_mm"
-        )
-
-
-def distance_mm(config: GrblStageConfig, machine_mm: float) -> float:
-    """Return the distance of the board at a machine coordinate."""
-    return config.distance_at_machine_zero_mm + config.direction * machine_mm
-
-
-def machine_mm(config: GrblStageConfig, distance_mm: float) -> float:
-    """Return the machine coordinate for a distance of the board."""
-    return (distance_mm - config.distance_at_machine_zero_mm) * config.direction
+    check_speed(config, axis.rate_mm_s, setting=f"${110 + number}", device=device)
+    check_travel(config, axis.range_mm, setting=f"${130 + number}", device=device)

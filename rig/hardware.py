@@ -84,9 +84,9 @@ class _Bench:
                 )
 
     def stage(self, config: StageConfig) -> Stage:
-        from drivers.grbl import GrblStage
+        from drivers.grbl import grbl_stage
 
-        return GrblStage(config, self.clock)
+        return grbl_stage(config, self.clock)
 
 
 def serve_simulated_stage(profile: Profile, on_ready: Callable[[str], None]) -> None:

@@ -2,7 +2,11 @@
 
 from rig.profile.cameras import CameraConfig, FolderCameraConfig, SimCameraConfig
 from rig.profile.models import Profile, SweepConfig, TargetConfig, ViewConfig
-from rig.profile.stages import GrblStageConfig, StageConfig
+from rig.profile.stages import (
+    GrblStageConfig,
+    SerialStageConfig,
+    StageConfig,
+)
 from rig.profile.world import CarriageConfig, FirmwareConfig, WorldConfig
 
 __all__ = [
@@ -12,6 +16,7 @@ __all__ = [
     "FolderCameraConfig",
     "GrblStageConfig",
     "Profile",
+    "SerialStageConfig",
     "SimCameraConfig",
     "StageConfig",
     "SweepConfig",

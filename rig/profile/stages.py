@@ -7,17 +7,14 @@ from pydantic import Field, model_validator
 from rig.profile.model import Model, NotNegative, Positive, Span
 
 
-class GrblStageConfig(Model):
-    """A linear stage behind a GRBL 1.1 controller."""
+class SerialStageConfig(Model):
+    """What every linear stage behind a serial port has, whatever it speaks."""
 
-    kind: Literal["grbl"]
-    """Selects the GRBL 1.1 protocol."""
-    port: str
-    """Serial port: a device path, or a pyserial URL such as `socket://host:port`."""
+    port: str = Field(min_length=1)
+    """Serial port: a device path (best the one in /dev/serial/by-id), `usb-serial:NUMBER` for the
+    adapter with that USB serial number, or a pyserial URL such as `socket://host:port`."""
     baud: int = Field(default=115200, gt=0)
     """Bits per second."""
-    axis: Literal["X", "Y", "Z"] = "X"
-    """The controller's axis that carries the board."""
     travel_mm: Span
     """Nearest and farthest distance the board may be sent to. Because of `approach_mm` the carriage
     itself goes that much nearer; opening checks that the controller's own limits leave the room."""
@@ -33,10 +30,14 @@ class GrblStageConfig(Model):
     """Every position is approached from the near side over this distance: backlash cancels."""
     tolerance_mm: Positive = 0.02
     """Largest difference between the position asked for and the one read back."""
-    may_home: bool = True
-    """Whether opening may move the stage to its reference switch."""
+    may_move: bool = True
+    """Whether the stage may be moved at all: a run begins with a way to the reference switch.
+    `false` until the way is clear; homing and moves are then refused."""
     homing_timeout_s: Positive = 60.0
     """Longest wait for homing."""
+    motor_off_at_end: bool = False
+    """Whether the motor loses its current when the stage is closed: it stays cool and turns by
+    hand, and must be homed again."""
 
     @model_validator(mode="after")
     def _travel_has_a_length(self) -> Self:
@@ -44,6 +45,15 @@ class GrblStageConfig(Model):
             low_mm, high_mm = self.travel_mm
             raise ValueError(f"travel_mm runs from {low_mm} to {high_mm}; give nearest, farthest")
         return self
+
+
+class GrblStageConfig(SerialStageConfig):
+    """A linear stage behind a GRBL 1.1, grblHAL or FluidNC controller."""
+
+    kind: Literal["grbl"]
+    """Selects the GRBL 1.1 protocol."""
+    axis: Literal["X", "Y", "Z"] = "X"
+    """The controller's axis that carries the board."""
 
 
 StageConfig = GrblStageConfig

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from rig.errors import ConfigError
 from rig.plan import Stop, even_distances_mm, move_time_s, plan_stops
-from rig.profile import GrblStageConfig, Profile, SimCameraConfig, SweepConfig, TargetConfig
+from rig.profile import Profile, SimCameraConfig, StageConfig, SweepConfig, TargetConfig
 from rig.sweep.take import SweepTimes
 
 _TYPICAL_GRAB_S = 0.1
@@ -26,7 +26,7 @@ class SweepRequest:
 class SweepSetup:
     """The parts of a profile that a sweep needs, all present."""
 
-    stage: GrblStageConfig
+    stage: StageConfig
     target: TargetConfig
     config: SweepConfig
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.grbl import GrblStage
+from drivers.grbl import grbl_stage
 from rig.capture.run import CaptureRequest, capture_depth
 from rig.database import Store, open_store
 from rig.errors import (
@@ -70,7 +70,7 @@ def bench(
     with ExitStack() as stack:
         wire = firmware if wire_fault is None else FaultyWire(firmware, wire_fault)
         stack.enter_context(plug(profile.stage.port, wire))
-        stage = stack.enter_context(GrblStage(profile.stage, clock))
+        stage = stack.enter_context(grbl_stage(profile.stage, clock))
         seen = (
             camera
             if camera_fault is None

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from drivers.grbl import GrblStage
+from drivers.grbl import grbl_stage
 from rig.devices import Clock, Stage, SystemClock
 from rig.errors import (
     DeviceLostError,
@@ -56,7 +56,7 @@ def real_grbl() -> Generator[Candidate]:
         speed_mm_s=10.0,
     )
     clock = SystemClock()
-    yield Candidate(GrblStage(config, clock), clock, config.tolerance_mm)
+    yield Candidate(grbl_stage(config, clock), clock, config.tolerance_mm)
 
 
 Maker = Callable[[], AbstractContextManager[Candidate]]

@@ -4,7 +4,8 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from drivers.grbl import GrblStage
+from drivers.grbl import grbl_stage
+from drivers.serial_stage import SerialStage
 from rig.profile import CarriageConfig, FirmwareConfig, GrblStageConfig
 from sim.carriage import Carriage
 from sim.clock import VirtualClock
@@ -32,7 +33,7 @@ CARRIAGE = CarriageConfig(
 class Bench:
     """A stage that is not yet open, and what is true about it."""
 
-    stage: GrblStage
+    stage: SerialStage
     clock: VirtualClock
     carriage: Carriage
     wire: Firmware
@@ -69,4 +70,4 @@ def simulated_bench(
     mechanics = Carriage(carriage, clock)
     wire = before(GrblFirmware(firmware, mechanics, clock))
     with plug(URL, wire):
-        yield Bench(GrblStage(stage, clock), clock, mechanics, wire)
+        yield Bench(grbl_stage(stage, clock), clock, mechanics, wire)

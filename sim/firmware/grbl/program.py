@@ -35,8 +35,9 @@ def run(machine: Machine, boot_s: float) -> Program:
 
 def _serve(machine: Machine) -> Program:
     """Read and execute lines until the next reset."""
-    if machine.state is State.ALARM:
+    if machine.state in {State.ALARM, State.SLEEP}:
         machine.print("[MSG:'$H'|'$X' to unlock]")
+        machine.state = State.ALARM
     else:
         machine.state = State.IDLE
     line = ""
@@ -56,6 +57,16 @@ def _serve(machine: Machine) -> Program:
             code = yield from _execute(machine, line)
             machine.print("ok" if code == OK else f"error:{code}")
             line = ""
+        if machine.state is State.SLEEP:
+            yield from _sleep(machine)
+
+
+def _sleep(machine: Machine) -> Program:
+    """Stay without current until a reset; only reports are given."""
+    machine.print("[MSG:Sleeping]")
+    while not machine.is_aborted:
+        yield
+        yield from realtime(machine)
 
 
 def _execute(machine: Machine, line: str) -> Answer:
@@ -86,6 +97,8 @@ def _system_command(machine: Machine, text: str) -> int:
             machine.state = State.IDLE
     elif not is_ready:
         return NOT_IDLE
+    elif text == "$SLP":
+        machine.state = State.SLEEP
     elif lines := _lines_about(machine, text):
         machine.print(*lines)
     else:

@@ -57,7 +57,7 @@ def _handle_alarm(machine: Machine) -> Program:
 
 def _handle_hold(machine: Machine) -> None:
     """Brake; a jog is cancelled by it, anything else is held."""
-    if machine.state is State.ALARM:
+    if machine.state in {State.ALARM, State.SLEEP}:
         return
     if machine.state in {State.CYCLE, State.JOG}:
         machine.steppers.brake(machine.now_s)

@@ -24,11 +24,12 @@ class State(Enum):
     CYCLE = "Run"
     HOLD = "Hold"
     JOG = "Jog"
+    SLEEP = "Sleep"
 
     @property
     def is_busy(self) -> bool:
         """Whether something moves or is held."""
-        return self not in {State.IDLE, State.ALARM}
+        return self not in {State.IDLE, State.ALARM, State.SLEEP}
 
 
 @dataclass(frozen=True, slots=True)

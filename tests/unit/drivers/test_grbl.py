@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from drivers.grbl import GrblStage
+from drivers.grbl import grbl_stage
 from rig.devices import Clock
 from rig.errors import (
     ConfigError,
@@ -151,12 +151,12 @@ def test_a_board_that_does_not_reset_on_opening_is_reset() -> None:
 
 def test_a_port_where_nothing_is_plugged_in_is_not_found() -> None:
     with pytest.raises(DeviceNotFoundError, match="no port sim://test-stage"):
-        GrblStage(STAGE, VirtualClock()).__enter__()
+        grbl_stage(STAGE, VirtualClock()).__enter__()
 
 
 def test_a_port_in_use_is_told() -> None:
     with simulated_bench() as bench, bench.stage:
-        other = GrblStage(STAGE, bench.clock)
+        other = grbl_stage(STAGE, bench.clock)
         with pytest.raises(DeviceNotFoundError, match="used by another program"):
             other.__enter__()
 
@@ -222,9 +222,9 @@ def test_a_controller_that_is_not_safe_is_refused(
 
 
 def test_homing_may_be_forbidden() -> None:
-    config = STAGE.model_copy(update={"may_home": False})
+    config = STAGE.model_copy(update={"may_move": False})
     with simulated_bench(config, before=Scripted) as bench, bench.stage as stage:
-        with pytest.raises(ConfigError, match="may_home is false"):
+        with pytest.raises(ConfigError, match="may_move is false"):
             stage.home()
         assert b"$H" not in scripted(bench).sent
 
@@ -430,3 +430,16 @@ def test_silence_is_told_as_danger() -> None:
         stage.home()
         during_the_move(bench, lambda: setattr(scripted(bench), "on_transmit", lambda _: b""))
         stage.move_to(120.0, TIMEOUT_S)
+
+
+def test_the_motor_is_switched_off_at_the_end_where_the_profile_wants_it() -> None:
+    config = STAGE.model_copy(update={"motor_off_at_end": True})
+    with simulated_bench(config, before=Scripted) as bench:
+        with bench.stage as stage:
+            stage.home()
+            stage.stop()
+        assert scripted(bench).sent.endswith(b"$SLP\n")
+        bench.wire.receive(b"?")
+        assert b"<Sleep|" in bench.wire.transmit()
+        with bench.stage as stage:
+            stage.home()

@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.dialogue import Noise
 from drivers.grbl_dialect import (
     Alarm,
     Banner,
     Message,
-    Noise,
     Ok,
     Refused,
     Reply,

@@ -2,7 +2,8 @@
 
 import pytest
 
-from drivers.grbl_settings import check_axis, distance_mm, machine_mm, read_axis
+from drivers.grbl_settings import check_axis, read_axis
+from drivers.travel import distance_mm, machine_mm
 from rig.errors import ConfigError
 from rig.profile import GrblStageConfig
 from tests.support.stages import STAGE

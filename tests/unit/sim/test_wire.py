@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import serial
 
-from drivers.grbl import GrblStage
+from drivers.grbl import grbl_stage
 from rig.devices import SystemClock
 from rig.errors import ConfigError
 from rig.profile import CarriageConfig, FirmwareConfig
@@ -180,7 +180,7 @@ def test_the_driver_reaches_it_over_a_pty_in_real_time() -> None:
     path = ready.get(timeout=5.0)
     config = STAGE.model_copy(update={"port": path, "speed_mm_s": 500.0})
     try:
-        with GrblStage(config, clock) as stage:
+        with grbl_stage(config, clock) as stage:
             stage.home()
             assert stage.move_to(190.0, 5.0) == pytest.approx(190.0)
             assert carriage.travelled_mm(clock.now_s()) == pytest.approx(-20.0, abs=0.01)
