@@ -8,11 +8,13 @@ from rig.database.records import (
     Measurement,
     Sample,
     State,
+    StoredCalibration,
     StoredCurve,
     StoredFrame,
     Sweep,
 )
 from rig.database.tables import (
+    CalibrationRow,
     CurveRow,
     FrameRow,
     MeasurementRow,
@@ -54,6 +56,7 @@ def sweep_value(row: SweepRow, frames: Path) -> Sweep:
         state=cast("State", row.state),
         folder=frames / row.folder,
         note=row.note,
+        calibration_id=row.calibration_id,
     )
 
 
@@ -144,6 +147,24 @@ def curve_value(row: CurveRow) -> StoredCurve:
         curve=row.curve,
         holdout=row.holdout,
         versions=row.versions,
+        active=row.active,
+        calibration_id=row.calibration_id,
+    )
+
+
+def calibration_value(row: CalibrationRow) -> StoredCalibration:
+    """Return a calibration."""
+    return StoredCalibration(
+        id=row.id,
+        rig=row.rig,
+        created_at=row.created_at,
+        geometry=row.geometry,
+        quality=row.quality,
+        profile=row.profile,
+        versions=row.versions,
+        devices=row.devices,
+        temperature_degc=row.temperature_degc,
+        image_size_px=(row.width_px, row.height_px),
         active=row.active,
     )
 

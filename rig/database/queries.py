@@ -7,7 +7,14 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from rig.database.records import HistoryRow, SampleKey, State
-from rig.database.tables import CurveRow, MeasurementRow, SampleRow, StopRow, SweepRow
+from rig.database.tables import (
+    CalibrationRow,
+    CurveRow,
+    MeasurementRow,
+    SampleRow,
+    StopRow,
+    SweepRow,
+)
 from rig.errors import StoreError
 
 
@@ -139,6 +146,37 @@ def active_curve_row(session: Session, rig: str) -> CurveRow:
             f"{', '.join(sorted(rigs)) or 'no rig'}; make one with rig sweep"
         )
     return row
+
+
+def calibration_row(session: Session, calibration_id: int) -> CalibrationRow:
+    """Return one calibration.
+
+    Raises:
+        StoreError: no such calibration.
+    """
+    row = session.get(CalibrationRow, calibration_id)
+    if row is None:
+        ids = session.scalars(select(CalibrationRow.id).order_by(CalibrationRow.id)).all()
+        found = ", ".join(str(id_) for id_ in ids[-10:]) or "none yet"
+        raise StoreError(
+            f"asked for calibration {calibration_id}, found {found}; rig calibrate makes one"
+        )
+    return row
+
+
+def calibration_rows(session: Session, rig: str | None) -> Sequence[CalibrationRow]:
+    """Return the calibrations of a rig, or of all, oldest first."""
+    wanted = select(CalibrationRow).order_by(CalibrationRow.id)
+    if rig is not None:
+        wanted = wanted.where(CalibrationRow.rig == rig)
+    return session.scalars(wanted).all()
+
+
+def active_calibration_row(session: Session, rig: str) -> CalibrationRow | None:
+    """Return the newest active calibration of a rig, None where it has none."""
+    of_rig = select(CalibrationRow).where(CalibrationRow.rig == rig)
+    active = of_rig.where(CalibrationRow.active.is_(True))
+    return session.scalars(active.order_by(CalibrationRow.id.desc()).limit(1)).first()
 
 
 def history_rows(session: Session) -> tuple[HistoryRow, ...]:

@@ -40,6 +40,8 @@ class Sweep:
     folder: Path
     """Where its frames are."""
     note: str
+    calibration_id: int | None = None
+    """Geometric calibration that its slopes are measured with; None for pictures as they are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +147,33 @@ class StoredCurve:
     versions: Json
     active: bool
     """Whether captures may pick it."""
+    calibration_id: int | None = None
+    """Geometric calibration that its slopes were measured with; None for pictures as they are."""
+
+
+@dataclass(frozen=True, slots=True)
+class StoredCalibration:
+    """A geometric calibration and what it was made with."""
+
+    id: int
+    rig: str
+    created_at: datetime
+    """UTC."""
+    geometry: Json
+    """Cameras, poses, stage, covariance: see `rig.geometry.rig_geometry_json`."""
+    quality: Json
+    """What it is worth: residuals, depth error, verdict."""
+    profile: Json
+    """The whole profile as it was used."""
+    versions: Json
+    devices: Json
+    """Identity of camera and stage, with serial numbers."""
+    temperature_degc: float | None
+    """Of the camera, where it reports one."""
+    image_size_px: tuple[int, int]
+    """Width and height of the pictures."""
+    active: bool
+    """Whether sweeps and captures take it by themselves."""
 
 
 @dataclass(frozen=True, slots=True)

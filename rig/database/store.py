@@ -1,16 +1,15 @@
 """The store: sweeps, samples with their frames, slopes and curves, kept for good."""
 
 import os
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
 from sqlalchemy import Engine
-from sqlalchemy.orm import Session
 
 from rig.database import queries
+from rig.database.calibrations import CalibrationShelf
 from rig.database.convert import (
     curve_value,
     frame_row,
@@ -38,7 +37,7 @@ from rig.database.records import (
     StoredCurve,
     Sweep,
 )
-from rig.database.schema import open_engine, writing
+from rig.database.schema import open_engine
 from rig.database.tables import CurveRow, SampleRow, SweepRow
 from rig.database.trouble import explained
 from rig.errors import StoreError
@@ -59,7 +58,7 @@ def open_store(url: str | None = None) -> "Store":
     return Store(location, open_engine(location))
 
 
-class Store:
+class Store(CalibrationShelf):
     """One open database; a context manager, safe to use from several threads.
 
     Every method is one short transaction of its own: done when it returns, undone when it raises.
@@ -67,9 +66,7 @@ class Store:
     """
 
     def __init__(self, location: Location, engine: Engine) -> None:
-        self._engine = engine
-        self.database = str(location)
-        """Address of the database, as it may be shown: without a password."""
+        super().__init__(location, engine)
         self.frames = location.frames
         """Folder below which all frames are."""
 
@@ -93,6 +90,7 @@ class Store:
         versions: Json,
         devices: Json,
         note: str = "",
+        calibration_id: int | None = None,
     ) -> int:
         """Begin a sweep: its row, its plan and its frame folder.
 
@@ -104,6 +102,7 @@ class Store:
             versions: see `software_versions`.
             devices: identity of camera and stage.
             note: free text of the user.
+            calibration_id: geometric calibration that its slopes will be measured with.
 
         Returns:
             The id of the sweep; its state is `running`.
@@ -120,6 +119,7 @@ class Store:
                 state="running",
                 folder="",
                 note=note,
+                calibration_id=calibration_id,
                 stops=[stop_row(stop) for stop in stops],
             )
             session.add(row)
@@ -262,6 +262,30 @@ class Store:
                 row.sample_id = queries.sample_id(session, sweep_id, key)
                 session.merge(row)
 
+    def replace_measurements(
+        self,
+        sweep_id: int,
+        measurements: Mapping[SampleKey, Measurement],
+        *,
+        calibration_id: int | None,
+    ) -> None:
+        """Store all slopes of a sweep anew, measured with this calibration or with none.
+
+        Raises:
+            StoreError: no such sweep, sample or calibration; nothing was changed.
+        """
+        with self._writing(f"store the slopes of sweep {sweep_id}") as session:
+            if calibration_id is not None:
+                queries.calibration_row(session, calibration_id)
+            queries.sweep_row(session, sweep_id).calibration_id = calibration_id
+            for row in queries.measurement_rows(session, sweep_id).values():
+                session.delete(row)
+            session.flush()
+            for key, measurement in measurements.items():
+                row = measurement_row(measurement)
+                row.sample_id = queries.sample_id(session, sweep_id, key)
+                session.add(row)
+
     def measurements(self, sweep_id: int) -> dict[SampleKey, Measurement]:
         """Return what was derived from the samples of a sweep, in the order of its plan.
 
@@ -275,7 +299,7 @@ class Store:
     def save_curve(
         self, sweep_id: int, *, curve: Json, holdout: Json, versions: Json, active: bool = True
     ) -> int:
-        """Store a curve of the rig of a sweep.
+        """Store a curve of the rig of a sweep, measured with the calibration of the sweep.
 
         Args:
             sweep_id: where it comes from.
@@ -299,6 +323,7 @@ class Store:
                 holdout=dict(holdout),
                 versions=dict(versions),
                 active=active,
+                calibration_id=queries.sweep_row(session, sweep_id).calibration_id,
             )
             session.add(row)
             session.flush()
@@ -321,17 +346,3 @@ class Store:
         """
         with self._reading(f"look for the curve of {rig}") as session:
             return curve_value(queries.active_curve_row(session, rig))
-
-    @contextmanager
-    def _reading(self, doing: str) -> Generator[Session]:
-        with explained(doing, self.database), Session(self._engine) as session:
-            yield session
-
-    @contextmanager
-    def _writing(self, doing: str) -> Generator[Session]:
-        with (
-            explained(doing, self.database),
-            Session(writing(self._engine)) as session,
-            session.begin(),
-        ):
-            yield session

@@ -55,6 +55,7 @@ class SweepRow(Row):
     state: Mapped[str]
     folder: Mapped[str]
     note: Mapped[str]
+    calibration_id: Mapped[int | None] = mapped_column(ForeignKey("calibrations.id"))
     stops: Mapped[list["StopRow"]] = relationship(order_by="StopRow.stop")
 
 
@@ -143,4 +144,24 @@ class CurveRow(Row):
     curve: Mapped[dict[str, object]]
     holdout: Mapped[dict[str, object]]
     versions: Mapped[dict[str, object]]
+    active: Mapped[bool]
+    calibration_id: Mapped[int | None] = mapped_column(ForeignKey("calibrations.id"))
+
+
+class CalibrationRow(Row):
+    """A geometric calibration of one rig."""
+
+    __tablename__ = "calibrations"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    rig: Mapped[str] = mapped_column(index=True)
+    created_at: Mapped[datetime]
+    geometry: Mapped[dict[str, object]]
+    quality: Mapped[dict[str, object]]
+    profile: Mapped[dict[str, object]]
+    versions: Mapped[dict[str, object]]
+    devices: Mapped[dict[str, object]]
+    temperature_degc: Mapped[float | None]
+    width_px: Mapped[int]
+    height_px: Mapped[int]
     active: Mapped[bool]

@@ -32,6 +32,21 @@ def new_sweep(store: Store, *, rig: str = "bench", samples_per_stop: int = 2) ->
     )
 
 
+def new_calibration(store: Store, *, rig: str = "bench", active: bool = True) -> int:
+    """Store a calibration whose content nobody reads."""
+    return store.save_calibration(
+        rig=rig,
+        geometry={"version": 1, "scale": 0.1 + 0.2},
+        quality={"reprojection_rms_px": 0.034},
+        profile={"name": rig},
+        versions={"rig": "1.0"},
+        devices={"camera": {"serial": "A1"}},
+        temperature_degc=31.25,
+        image_size_px=(640, 400),
+        active=active,
+    )
+
+
 def add_samples_forever(url: str, sweep_id: int) -> None:
     """Add samples to the first stop, until killed, and print the number of each."""
     with open_store(url) as store:

@@ -7,9 +7,10 @@ import threading
 from pathlib import Path
 
 import pytest
+from alembic import command
 from alembic.config import Config
 from alembic.script import ScriptDirectory
-from sqlalchemy import create_engine
+from sqlalchemy import create_engine, inspect
 from sqlalchemy.dialects import postgresql
 from sqlalchemy.schema import CreateTable
 
@@ -18,19 +19,57 @@ from rig.database.location import locate
 from rig.database.schema import MIGRATIONS, REVISIONS, open_engine
 from rig.database.tables import Row
 from rig.errors import StoreError
-from tests.support.stores import new_sweep, sqlite_url
+from tests.support.stores import new_calibration, new_sweep, sqlite_url
 
 
-def statements(file: Path) -> dict[str, list[str]]:
-    """Return, by name, the lines that made each table and index of rig, in any order."""
-    with sqlite3.connect(file) as connection:
-        made = connection.execute(
-            "SELECT name, sql FROM sqlite_master WHERE sql NOTNULL AND name <> 'alembic_version'"
-        ).fetchall()
-    connection.close()
-    return {
-        name: sorted(line.strip().rstrip(",") for line in sql.splitlines()) for name, sql in made
+def tables(url: str) -> dict[str, dict[str, object]]:
+    """Return what every table of rig is made of: columns, keys, references, indexes, checks."""
+    engine = create_engine(url)
+    found = inspect(engine)
+    described: dict[str, dict[str, object]] = {
+        name: {
+            "columns": {
+                c["name"]: (str(c["type"]), c["nullable"]) for c in found.get_columns(name)
+            },
+            "key": found.get_pk_constraint(name),
+            # Without their names: SQLite keeps none for a column that was added later.
+            "references": sorted(
+                (key["constrained_columns"], key["referred_table"], key["referred_columns"])
+                for key in found.get_foreign_keys(name)
+            ),
+            "unique": found.get_unique_constraints(name),
+            "indexes": found.get_indexes(name),
+            "checks": sorted(map(str, found.get_check_constraints(name))),
+        }
+        for name in found.get_table_names()
+        if name != "alembic_version"
     }
+    engine.dispose()
+    return described
+
+
+def old_database(file: Path) -> None:
+    """Make a database of the first schema with a sweep, its slope and its curve in it."""
+    config = Config()
+    config.set_main_option("script_location", str(MIGRATIONS))
+    config.set_main_option("path_separator", "os")
+    engine = create_engine(f"sqlite:///{file}")
+    with engine.begin() as connection:
+        config.attributes["connection"] = connection
+        command.upgrade(config, "rig_0001")
+        for statement in (
+            "INSERT INTO sweeps VALUES (7, 'bench', '{\"name\":\"bench\"}', '{}', '{}', 1, "
+            "'2026-01-02T03:04:05.000000+00:00', NULL, 'interrupted', 'bench/7', 'old')",
+            "INSERT INTO stops VALUES (7, 0, 400.5, 'fit', 'forward')",
+            "INSERT INTO samples VALUES (3, 7, 0, 0, 400.25, "
+            "'2026-01-02T03:04:06.000000+00:00', 31.5, 'bench/7/0')",
+            "INSERT INTO frames VALUES (3, 0, 'centre', 1.25, 9, NULL, 'ab')",
+            "INSERT INTO measurements (sample_id, slope_px, details) VALUES (3, 1.5, '{}')",
+            "INSERT INTO curves VALUES (2, 'bench', 7, '2026-01-02T03:04:07.000000+00:00', "
+            "'{\"model\":\"x\"}', '{\"rms_pct\":0.5}', '{}', 1)",
+        ):
+            connection.exec_driver_sql(statement)
+    engine.dispose()
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -43,9 +82,28 @@ def test_migrations_make_exactly_the_declared_tables(tmp_path: Path) -> None:
     engine = create_engine(f"sqlite:///{declared}")
     Row.metadata.create_all(engine)
     engine.dispose()
-    made = statements(tmp_path / "rig.sqlite")
-    assert made == statements(declared)
+    made = tables(sqlite_url(tmp_path))
+    assert made == tables(f"sqlite:///{declared}")
     assert {"sweeps", "stops", "samples", "frames", "measurements", "curves"} <= set(made)
+
+
+def test_an_old_database_is_upgraded_with_everything_in_it(tmp_path: Path) -> None:
+    old_database(tmp_path / "rig.sqlite")
+    with open_store(sqlite_url(tmp_path)) as store:
+        sweep = store.sweep(7)
+        assert (sweep.note, sweep.state, sweep.calibration_id) == ("old", "interrupted", None)
+        (sample,) = store.samples(7)
+        assert (sample.reached_mm, sample.frames[0].sequence) == (400.25, 9)
+        assert store.measurements(7)[0, 0].slope_px == 1.5
+        curve = store.active_curve("bench")
+        assert (curve.id, curve.curve, curve.calibration_id) == (2, {"model": "x"}, None)
+        assert store.calibrations() == ()
+        # And the upgraded tables take what only the new ones know.
+        calibration_id = new_calibration(store)
+        store.replace_measurements(7, {}, calibration_id=calibration_id)
+        newer = store.save_curve(7, curve={}, holdout={}, versions={})
+        assert store.curve(newer).calibration_id == calibration_id
+    assert tables(sqlite_url(tmp_path)).keys() == Row.metadata.tables.keys()
 
 
 def test_the_program_knows_every_migration() -> None:
@@ -139,7 +197,7 @@ def test_a_newer_database_is_left_as_it_is(tmp_path: Path) -> None:
     connection.close()
     before = contents(tmp_path)
     with pytest.raises(
-        StoreError, match=r"schema rig_0099, this rig knows up to rig_0001; upgrade rig"
+        StoreError, match=r"schema rig_0099, this rig knows up to rig_0002; upgrade rig"
     ) as refused:
         open_store(sqlite_url(tmp_path))
     assert "\n" not in str(refused.value)
