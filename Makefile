@@ -3,6 +3,8 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 DEMO := demo
+WORKERS ?= 2
+PYTEST := $(BIN)/python -m pytest -q -n $(WORKERS) --dist loadgroup --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-all check format benchmarks clean
@@ -27,10 +29,10 @@ demo: $(READY) ## Sweep the simulated rig, then measure depth with it
 	@echo "depth maps: $(DEMO)/depth (last_frame.png is a picture to look at)"
 
 test: $(READY) ## Run the quick tests (under three minutes)
-	@$(BIN)/python -m pytest -q -m "not slow"
+	@$(PYTEST) -m "not slow"
 
 test-all: $(READY) ## Run every test
-	@$(BIN)/python -m pytest -q
+	@$(PYTEST)
 
 check: $(READY) ## Format, lint, types, import rules, then the quick tests
 	@$(BIN)/ruff format --check .

@@ -1,10 +1,23 @@
-"""What every test may ask for."""
+"""What every test may ask for, and which tests stay together when several workers share them."""
 
 from pathlib import Path
 
 import pytest
 
 from tests.support.command import Command
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Give tests that share fixtures to one worker, unless they name an `xdist_group` themselves.
+
+    Those of one file share its fixtures; those of a folder with a `conftest.py`, the folder's.
+    """
+    for item in items:
+        if item.get_closest_marker("xdist_group") is None:
+            folder = item.path.parent
+            shared = folder if (folder / "conftest.py").is_file() else item.path
+            item.add_marker(pytest.mark.xdist_group(str(shared)))
 
 
 @pytest.fixture

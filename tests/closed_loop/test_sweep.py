@@ -15,6 +15,7 @@ from rig.database import open_store
 from rig.depth import read_pfm
 from rig.profile.load import load_profile
 from tests.support.command import Command
+from tests.support.small_sim import as_options
 
 QUICK = ("--set", "world.renderer=analytic")
 FIVE = ("--at-mm", "400,500,650,900,1200", "--samples", "1")
@@ -22,7 +23,7 @@ NO_HOLDOUT = ("--set", "sweep.holdout_every=0", "--set", "sweep.backward_every=0
 
 
 def test_a_sweep_gives_a_curve_that_a_fit_repeats_to_the_last_digit(rig: Command):
-    swept = rig("sweep", "sim", *QUICK, *FIVE, *NO_HOLDOUT, "--json")
+    swept = rig("sweep", "sim", *as_options(), *FIVE, *NO_HOLDOUT, "--json")
     assert swept.code == 3  # without held-out distances nobody knows the depth error
     assert "held-out distances is unknown" in swept.err
     answer = swept.json

@@ -33,6 +33,7 @@ from sim.wire import plug
 from sim.wire.faults import BrownOut, Fault, FaultyWire, HangUp, Silence
 from sim.world import World
 from tests.support.command import Command
+from tests.support.small_sim import SMALL_SIM
 
 REQUEST = SweepRequest(at_mm=(400.0, 500.0, 650.0, 900.0, 1200.0), samples=1)
 
@@ -41,11 +42,7 @@ REQUEST = SweepRequest(at_mm=(400.0, 500.0, 650.0, 900.0, 1200.0), samples=1)
 def profile() -> Profile:
     return load_profile(
         "sim",
-        [
-            "world.renderer=analytic",
-            "sweep.holdout_every=0",
-            "sweep.backward_every=0",
-        ],
+        [*SMALL_SIM, "sweep.holdout_every=0", "sweep.backward_every=0"],
     )
 
 

@@ -1,0 +1,19 @@
+"""The simulated rig with pictures of half the size: what the tests of whole runs use.
+
+Everything that a picture shows is half as large, so distances and gates stay those of `sim`.
+"""
+
+SMALL_SIM = (
+    "world.renderer=analytic",
+    "camera.width_px=320",
+    "camera.height_px=200",
+    "world.optics.focal_px=305.0",
+    "world.optics.blur_px=0.6",
+    "slopes.range_px=[-9.0, 15.0]",
+)
+"""Overrides of profile `sim`."""
+
+
+def as_options(overrides: tuple[str, ...] = SMALL_SIM) -> list[str]:
+    """Return overrides as `--set` options of the command line."""
+    return [word for override in overrides for word in ("--set", override)]
