@@ -7,6 +7,7 @@ RigError
 │   ├── DeviceLostError               it was there and is gone, or talks nonsense
 │   ├── CaptureTimeoutError (TimeoutError)   not all views arrived in time
 │   ├── ViewSkewError                 views of one grab are too far apart in time
+│   ├── ControlError                  a camera control is not what was asked for
 │   ├── StageLimitError (ValueError)  the move leaves the travel; nothing moved
 │   ├── StageAlarmError               the controller refused or stopped; carries its code
 │   ├── StageTimeoutError (TimeoutError)     no answer, or the move did not end in time
@@ -70,6 +71,22 @@ class ViewSkewError(DeviceError):
         )
         self.skew_s = skew_s
         self.allowed_s = allowed_s
+
+
+class ControlError(DeviceError):
+    """A camera control was refused, clipped, or did not stay as it was set."""
+
+    def __init__(
+        self, device: str, *, control: str, wanted: str, applied: str, then: str = ""
+    ) -> None:
+        super().__init__(
+            device,
+            f"asked for {control} {wanted}, the camera applies {applied}; "
+            + (then or "choose a value that the sensor can keep"),
+        )
+        self.control = control
+        self.wanted = wanted
+        self.applied = applied
 
 
 class StageLimitError(DeviceError, ValueError):

@@ -8,9 +8,16 @@ from typing import TYPE_CHECKING
 
 from rig.devices import Camera, Clock, Stage, SystemClock
 from rig.errors import ConfigError
-from rig.profile import FolderCameraConfig, Profile, SimCameraConfig, StageConfig
+from rig.profile import (
+    FolderCameraConfig,
+    OakCameraConfig,
+    Profile,
+    SimCameraConfig,
+    StageConfig,
+)
 
 if TYPE_CHECKING:
+    from drivers.oak.sensors import Sensors
     from sim.world import World
 
 
@@ -59,10 +66,7 @@ class _Bench:
         self._profile = profile
         self._world: World | None = None
         self.clock: Clock = SystemClock()
-        simulated = profile.camera.kind == "sim" or (
-            uses_stage and profile.stage is not None and profile.stage.port.startswith("sim://")
-        )
-        if simulated:
+        if profile.is_simulated(with_stage=uses_stage):
             from sim.bench import plugged_world
 
             world = stack.enter_context(plugged_world(profile, uses_stage=uses_stage))
@@ -73,15 +77,34 @@ class _Bench:
             case SimCameraConfig() as config:
                 from sim.camera import SimCamera
 
-                if self._world is None:
-                    raise ConfigError(f"profile {self._profile.name}: has no [world] to look at")
-                return SimCamera(config, self._world)
+                return SimCamera(config, self._looked_at())
             case FolderCameraConfig() as config:
                 from drivers.folder import FolderCamera
 
                 return FolderCamera(
                     config, self._profile.views, root=Path(config.folder), clock=self.clock
                 )
+
+            case OakCameraConfig() as config:
+                from drivers.oak.camera import OakCamera
+
+                names = [view.name for view in self._profile.views]
+                return OakCamera(config, names, self._oak_sensors(config), self.clock)
+
+    def _oak_sensors(self, config: OakCameraConfig) -> "Sensors":
+        if not config.is_simulated:
+            from drivers.oak.device_sensors import DeviceSensors
+
+            return DeviceSensors(config, config.device, config.sockets)
+        from drivers.oak.host_sensors import HostSensors
+        from sim.oak import SimOakRack
+
+        return HostSensors(SimOakRack(config, self._looked_at()))
+
+    def _looked_at(self) -> "World":
+        if self._world is None:
+            raise ConfigError(f"profile {self._profile.name}: has no [world] to look at")
+        return self._world
 
     def stage(self, config: StageConfig) -> Stage:
         from drivers.grbl import grbl_stage

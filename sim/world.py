@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rig.devices import Clock
 from rig.errors import ConfigError
-from rig.profile import Profile, SimCameraConfig, ViewConfig
+from rig.profile import OakCameraConfig, Profile, SimCameraConfig, ViewConfig
 from rig.profile.world import ViewErrorConfig, WorldConfig
 from sim.board import Board
 from sim.optics import TrueCamera
@@ -51,7 +51,7 @@ class World:
     carriage that comes to rest and a slowly warming lens give the same picture again.
 
     Args:
-        profile: a profile with a `[world]` and a simulated camera.
+        profile: a profile with a `[world]` and a camera that can look at it.
         clock: time of the whole bench; `t_s` below is its time.
         carriage: what moves the board.
         scene: what stands before the cameras: `board`, or `desk` without a board.
@@ -61,10 +61,11 @@ class World:
     """
 
     def __init__(self, profile: Profile, *, clock: Clock, carriage: Carriage, scene: Scene) -> None:
-        if profile.world is None or not isinstance(profile.camera, SimCameraConfig):
+        camera = profile.camera
+        if profile.world is None or not isinstance(camera, SimCameraConfig | OakCameraConfig):
             raise ConfigError(
-                f"profile {profile.name}: a simulated world needs a [world] section "
-                f'and camera.kind = "sim", found {profile.camera.kind!r}'
+                f"profile {profile.name}: a simulated world needs a [world] section and a camera "
+                f'with a size (camera.kind = "sim" or "oak"), found {camera.kind!r}'
             )
         if scene == "board" and profile.target is None:
             raise ConfigError(f"profile {profile.name}: scene board needs a [target] section")
@@ -72,7 +73,7 @@ class World:
         self.config: WorldConfig = profile.world
         self.clock = clock
         self.scene: Scene = scene
-        self._camera = profile.camera
+        self._camera = camera
         self._carriage = carriage
         self._began_s = clock.now_s()
 

@@ -1,6 +1,6 @@
 """Profiles: what a rig consists of, as closed and documented values."""
 
-from rig.profile.cameras import CameraConfig, FolderCameraConfig, SimCameraConfig
+from rig.profile.cameras import CameraConfig, FolderCameraConfig, OakCameraConfig, SimCameraConfig
 from rig.profile.models import Profile, SweepConfig, TargetConfig, ViewConfig
 from rig.profile.stages import (
     GrblStageConfig,
@@ -15,6 +15,7 @@ __all__ = [
     "FirmwareConfig",
     "FolderCameraConfig",
     "GrblStageConfig",
+    "OakCameraConfig",
     "Profile",
     "SerialStageConfig",
     "SimCameraConfig",

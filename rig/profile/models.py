@@ -1,10 +1,16 @@
 """A profile: one rig, described completely, as it stands on the bench."""
 
+from collections.abc import Mapping
 from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from rig.profile.cameras import CameraConfig, FolderCameraConfig
+from rig.profile.cameras import (
+    CameraConfig,
+    FolderCameraConfig,
+    OakCameraConfig,
+    SimCameraConfig,
+)
 from rig.profile.model import Model, NotNegative, Positive, Span
 from rig.profile.stages import StageConfig
 from rig.profile.world import WorldConfig
@@ -129,19 +135,35 @@ class Profile(Model):
     @model_validator(mode="after")
     def _parts_belong_together(self) -> Self:
         names = {view.name for view in self.views}
-        if isinstance(self.camera, FolderCameraConfig) and set(self.camera.files) != names:
-            odd = ", ".join(sorted(set(self.camera.files) ^ names))
-            raise ValueError(f"camera.files must name every view once, differs at: {odd}")
+        for key, by_view in _by_view(self.camera).items():
+            if set(by_view) != names:
+                odd = ", ".join(sorted(set(by_view) ^ names))
+                raise ValueError(f"camera.{key} must name every view once, differs at: {odd}")
         if self.world is not None:
             unknown = sorted(set(self.world.view_errors) - names)
             if unknown:
                 raise ValueError(f"world.view_errors names no view: {', '.join(unknown)}")
-        simulated = self.camera.kind == "sim" or (
-            self.stage is not None and self.stage.port.startswith("sim://")
-        )
-        if simulated and self.world is None:
+        if self.world is None and self.is_simulated(with_stage=True):
             raise ValueError("a simulated camera or stage needs a [world] section")
+        oak = isinstance(self.camera, OakCameraConfig) and self.camera.is_simulated
+        if oak and self.world is not None and self.world.clock != "real":
+            raise ValueError(
+                'camera.device = "sim://" runs a pipeline in real time; set world.clock = "real"'
+            )
         return self
+
+    def is_simulated(self, *, with_stage: bool) -> bool:
+        """Whether a part of the rig is simulated and needs the `world`.
+
+        Args:
+            with_stage: whether the stage takes part.
+        """
+        camera, stage = self.camera, self.stage
+        return (
+            isinstance(camera, SimCameraConfig)
+            or (isinstance(camera, OakCameraConfig) and camera.is_simulated)
+            or (with_stage and stage is not None and stage.port.startswith("sim://"))
+        )
 
     def first_difference(self, other: Self, parts: tuple[str, ...]) -> str | None:
         """Return the first of these parts in which two profiles differ, None where they agree."""
@@ -153,3 +175,14 @@ class Profile(Model):
         return next(
             i for i, view in enumerate(self.views) if view.x_steps == 0.0 and view.y_steps == 0.0
         )
+
+
+def _by_view(camera: CameraConfig) -> dict[str, Mapping[str, object]]:
+    """Return the tables of a camera section whose keys are view names."""
+    match camera:
+        case FolderCameraConfig():
+            return {"files": camera.files}
+        case OakCameraConfig():
+            return {"sockets": camera.sockets}
+        case SimCameraConfig():
+            return {}

@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 import cv2
@@ -55,7 +56,17 @@ def make_folder(folder: Path) -> Case:
     return Case(FolderCamera(config, views, root=folder, clock=clock), clock, 4)
 
 
-@pytest.fixture(params=[make_sim, make_healthy_wrapper, make_folder])
+def make_oak(_: Path) -> Case:
+    """The driver of OAK cameras over its pipeline, fed by simulated sensors."""
+    if find_spec("depthai") is None:
+        pytest.skip("depthai is not installed: pip install -e '.[oak]'")
+    from tests.support.oak import OakRig, with_view
+
+    rig = OakRig(with_view("bottom"))
+    return Case(rig.camera(), rig.clock, None)
+
+
+@pytest.fixture(params=[make_sim, make_healthy_wrapper, make_folder, make_oak])
 def case(request: pytest.FixtureRequest, tmp_path: Path) -> Case:
     make: Callable[[Path], Case] = request.param
     return make(tmp_path)

@@ -54,7 +54,7 @@ def test_a_typo_names_file_key_and_the_nearest_right_key(override: str, key: str
         ("world.view_errors.lift.gain=1.0", "names no view: lift"),
         ("sweep.count='many'", "sweep.count: Input should be a valid integer"),
         ("world.optics.focal_px=inf", "finite"),
-        ("camera.kind='oak'", "'sim', 'folder'"),
+        ("camera.kind='oax'", "'sim', 'folder'"),
         ("views.middle.x_steps=0", "views has no middle; there are: centre, left"),
         ("sweep.count.more=1", "sweep.count has no keys below it"),
         ("no-equals-sign", "write it as key.path=value"),

@@ -1,0 +1,139 @@
+"""Sensors of a real device."""
+
+import logging
+from collections.abc import Mapping
+from types import TracebackType
+from typing import Self
+
+from drivers.oak.bandwidth import link_of, require_bandwidth
+from drivers.oak.board import camera_outputs, device_config, require_sensors
+from drivers.oak.calibration import calibration_fields
+from drivers.oak.discovery import find_oak
+from drivers.oak.sdk import dai
+from rig.errors import DeviceLostError, DeviceNotFoundError
+from rig.profile import OakCameraConfig
+
+_log = logging.getLogger(__name__)
+
+
+class DeviceSensors:
+    """Keeps `Sensors`; every check is done before the first frame flows.
+
+    Args:
+        config: the profile's camera.
+        device: id or address of the device, empty for the only one.
+        sockets: by view name, of this device.
+    """
+
+    def __init__(self, config: OakCameraConfig, device: str, sockets: Mapping[str, str]) -> None:
+        self._config = config
+        self._wanted = device
+        self._sockets = dict(sockets)
+        self._device: dai.Device | None = None
+        self._identity: dict[str, str] = {"kind": "oak", "model": "not open", "serial": device}
+
+    def __enter__(self) -> Self:
+        info = find_oak(self._wanted)
+        try:
+            self._device = dai.Device(device_config(self._config), info)
+        except RuntimeError as error:
+            raise DeviceNotFoundError(
+                f"OAK {info.deviceId or info.name}",
+                f"cannot be opened: {error}; another program may use it, or it needs more power",
+            ) from error
+        try:
+            self._prepare(self._device)
+        except RuntimeError as error:
+            self._close()
+            raise DeviceLostError(
+                self.name, f"stopped answering while it was prepared ({error}); plug it in again"
+            ) from error
+        except BaseException:
+            self._close()
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._close()
+
+    @property
+    def name(self) -> str:
+        """See `Sensors.name`."""
+        return f"OAK {self._identity['serial']}".rstrip()
+
+    @property
+    def identity(self) -> Mapping[str, str]:
+        """See `Sensors.identity`; with link, sensors, and the factory calibration in mm."""
+        return dict(self._identity)
+
+    def pipeline(self) -> dai.Pipeline:
+        """See `Sensors.pipeline`."""
+        return dai.Pipeline(self._opened())
+
+    def outputs(self, pipeline: dai.Pipeline) -> dict[str, dai.Node.Output]:
+        """See `Sensors.outputs`."""
+        return camera_outputs(pipeline, self._config, self._sockets)
+
+    def temperature_degc(self) -> float | None:
+        """See `Sensors.temperature_degc`: mean of the chip's thermometers."""
+        try:
+            return self._opened().getChipTemperature().average
+        except RuntimeError:  # boards without a thermometer, and links that break: frames tell
+            return None
+
+    def failure(self) -> str | None:
+        """See `Sensors.failure`."""
+        device = self._device
+        if device is None or device.isClosed():
+            return "the link to the device is closed; check cable and power"
+        return "the device has crashed" if device.hasCrashed() else None
+
+    def _prepare(self, device: dai.Device) -> None:
+        device.setMaxReconnectionAttempts(0)  # it would start anew under a running measurement
+        device.setLogLevel(dai.LogLevel.WARN)
+        device.setLogOutputLevel(dai.LogLevel.OFF)
+        device.addLogCallback(_log_message)
+        link, available_mb_s = link_of(device)
+        self._identity = {
+            "kind": "oak",
+            "model": str(device.getProductName() or device.getDeviceName()),
+            "serial": device.getDeviceId(),
+            "depthai": dai.__version__,
+            "link": link,
+            **{
+                f"sensor {socket.name}": sensor
+                for socket, sensor in device.getCameraSensorNames().items()
+            },
+            **calibration_fields(device.readCalibration(), self._sockets.values()),
+        }
+        require_sensors(device.getConnectedCameraFeatures(), self._config, self._sockets, self.name)
+        require_bandwidth(
+            self._config,
+            len(self._sockets),
+            link=link,
+            available_mb_s=available_mb_s,
+            device=self.name,
+        )
+        if device.getIrDrivers():  # dots on the board would be taken for its corners
+            device.setIrLaserDotProjectorIntensity(0.0)
+            device.setIrFloodLightIntensity(0.0)
+
+    def _opened(self) -> dai.Device:
+        if self._device is None:
+            raise DeviceLostError(self.name, 'is not open; use "with camera:"')
+        return self._device
+
+    def _close(self) -> None:
+        device, self._device = self._device, None
+        if device is not None:
+            device.close()
+
+
+def _log_message(message: dai.LogMessage) -> None:
+    """Called on a thread of the library."""
+    _log.warning("%s: %s", message.nodeIdName, message.payload)

@@ -1,0 +1,68 @@
+"""OAK cameras without a device: the whole pipeline, fed by simulated sensors or by plain frames."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from drivers.oak.camera import OakCamera
+from drivers.oak.host_sensors import HostSensors
+from rig.devices import SystemClock
+from rig.profile import OakCameraConfig, Profile
+from rig.profile.load import load_profile
+from sim.oak import SensorFaults, SimOakRack
+from sim.world import World
+from tests.support.cameras import Slide
+
+SMALL = ("camera.width_px=160", "camera.height_px=100", "world.optics.focal_px=152.5")
+
+
+@dataclass
+class OakRig:
+    """The `sim-oak` profile with coarse sensors."""
+
+    overrides: Sequence[str] = ()
+    faults: Mapping[str, SensorFaults] | None = None
+
+    def __post_init__(self) -> None:
+        self.profile: Profile = load_profile(
+            "sim-oak", ("world.renderer=analytic", *SMALL, "camera.rate_hz=50", *self.overrides)
+        )
+        self.clock = SystemClock()
+        self.slide = Slide()
+        self.world = World(self.profile, clock=self.clock, carriage=self.slide, scene="board")
+
+    @property
+    def config(self) -> OakCameraConfig:
+        assert isinstance(self.profile.camera, OakCameraConfig)
+        return self.profile.camera
+
+    def sensors(self) -> HostSensors:
+        return HostSensors(SimOakRack(self.config, self.world, self.faults))
+
+    def camera(self) -> OakCamera:
+        names = [view.name for view in self.profile.views]
+        return OakCamera(self.config, names, self.sensors(), self.clock)
+
+
+def with_view(name: str) -> tuple[str, ...]:
+    """Overrides that give `sim-oak` a fifth view, below the reference."""
+    names = ("centre", "left", "right", "top", name)
+    places = ((0.0, 0.0), (-1.06, 0.0), (0.93, 0.0), (0.0, -0.95), (0.0, 1.08))
+    views = ", ".join(
+        f'{{name = "{view}", x_steps = {x}, y_steps = {y}}}'
+        for view, (x, y) in zip(names, places, strict=True)
+    )
+    return f"views=[{views}]", f'camera.sockets.{name}="CAM_E"'
+
+
+def oak_config(**changes: Any) -> OakCameraConfig:
+    """A pair of sensors as on an OAK-D, with some keys changed."""
+    plain: dict[str, Any] = {
+        "kind": "oak",
+        "sockets": {"left": "CAM_B", "right": "CAM_C"},
+        "width_px": 1280,
+        "height_px": 800,
+        "rate_hz": 10.0,
+        "exposure_s": 0.008,
+    }
+    return OakCameraConfig(**{**plain, **changes})

@@ -1,0 +1,125 @@
+"""What a board is asked for, and what is refused before anything starts."""
+
+from collections.abc import Mapping
+
+import pytest
+
+from drivers.oak.bandwidth import needed_mb_s, require_bandwidth
+from drivers.oak.board import (
+    Mode,
+    board_socket,
+    camera_outputs,
+    device_config,
+    require_sensors,
+    sync_mode,
+)
+from drivers.oak.sdk import dai
+from rig.errors import ConfigError, DeviceNotFoundError
+from tests.support.oak import oak_config
+
+PAIR = {"left": "CAM_B", "right": "CAM_C"}
+
+
+def feature(socket: str, *, focus: bool = False, colour: bool = False) -> dai.CameraFeatures:
+    """An OV9282, or something like it, as the device describes it."""
+    found = dai.CameraFeatures()
+    found.socket = board_socket(socket)
+    found.sensorName = "OV9282"
+    found.width, found.height = 1280, 800
+    found.hasAutofocus = focus
+    kind = dai.CameraSensorType.COLOR if colour else dai.CameraSensorType.MONO
+    found.supportedTypes = [kind]
+    modes: list[dai.CameraSensorConfig] = []
+    for width, height, fastest_hz in ((1280, 800, 129.6), (640, 400, 255.7)):
+        mode = dai.CameraSensorConfig()
+        mode.width, mode.height, mode.maxFps, mode.type = width, height, fastest_hz, kind
+        modes.append(mode)
+    found.configs = modes
+    return found
+
+
+def test_the_sync_lines_of_an_ffc_4p_are_joined_by_one_pin():
+    assert len(device_config(oak_config()).board.gpio) == 0
+    gpio = device_config(oak_config(joins_sync_lines=True)).board.gpio
+    assert dict(gpio.items()).keys() == {6}
+    assert gpio[6].direction == dai.BoardConfig.GPIO.Direction.OUTPUT
+    assert gpio[6].level == dai.BoardConfig.GPIO.Level.HIGH
+
+
+def test_one_sensor_drives_and_the_others_follow():
+    driven = oak_config(sync="driven", sync_driver="left")
+    assert sync_mode(driven, "left") == Mode.OUTPUT
+    assert sync_mode(driven, "right") == Mode.INPUT
+    assert sync_mode(oak_config(), "left") is None
+    assert sync_mode(oak_config(sync="external"), "left") == Mode.INPUT
+    assert sync_mode(oak_config(sync="off"), "left") == Mode.OFF
+    assert sync_mode(oak_config(sync="ptp"), "left") == Mode.TIME_PTP
+
+
+@pytest.mark.parametrize("name", [f"CAM_{letter}" for letter in "ABCDEFGHIJ"])
+def test_every_socket_that_a_profile_can_name_exists(name: str):
+    assert board_socket(name) == board_socket(f"192.168.1.7/{name}")
+    assert board_socket(name).name == name
+
+
+def test_the_graph_of_cameras_is_built_up_to_where_a_device_is_needed():
+    """Without a device the library refuses the first camera node, and says so."""
+    pipeline = dai.Pipeline(createImplicitDevice=False)
+    with pytest.raises(RuntimeError, match="host only"):
+        camera_outputs(pipeline, oak_config(), PAIR)
+
+
+def test_sensors_that_can_keep_the_profile_pass():
+    require_sensors([feature("CAM_B"), feature("CAM_C")], oak_config(), PAIR, "OAK 1")
+    locked = oak_config(lens_position=130, sockets={"left": "CAM_A", "right": "CAM_C"})
+    both = [feature("CAM_A", focus=True), feature("CAM_C", focus=True)]
+    require_sensors(both, locked, locked.sockets, "OAK 1")
+    raw = oak_config(pixels="raw10")
+    require_sensors([feature("CAM_B"), feature("CAM_C")], raw, PAIR, "OAK 1")
+
+
+@pytest.mark.parametrize(
+    ("changes", "focus", "colour", "says"),
+    [
+        ({"width_px": 1920}, False, False, "asked for 1920 x 800 px, the sensor has 1280 x 800"),
+        ({"rate_hz": 120.0}, False, False, None),
+        ({"rate_hz": 124.9, "exposure_s": 0.001}, False, False, None),
+        ({"rate_hz": 200.0, "exposure_s": 0.001}, False, False, "it reaches 129.6 Hz"),
+        ({}, True, False, "lock it with camera.lens_position"),
+        ({"lens_position": 9}, False, False, "has no focus motor"),
+        ({"pixels": "raw10"}, False, True, "a mosaic"),
+        ({"pixels": "raw10", "width_px": 640}, False, False, "its modes are 640 x 400, 1280 x 800"),
+    ],
+)
+def test_what_a_sensor_cannot_keep_is_refused(
+    changes: Mapping[str, object], focus: bool, colour: bool, says: str | None
+):
+    config = oak_config(**changes)
+    there = [feature(name, focus=focus, colour=colour) for name in ("CAM_B", "CAM_C")]
+    if says is None:
+        require_sensors(there, config, PAIR, "OAK 1")
+        return
+    with pytest.raises(ConfigError, match=r"OAK 1, view left \(OV9282\)") as caught:
+        require_sensors(there, config, PAIR, "OAK 1")
+    assert says in str(caught.value)
+
+
+def test_an_empty_socket_is_named_with_what_is_there():
+    with pytest.raises(DeviceNotFoundError, match="sensor at CAM_C, the board finds CAM_B OV9282"):
+        require_sensors([feature("CAM_B")], oak_config(), PAIR, "OAK 1")
+
+
+def test_the_data_rate_is_that_of_the_bytes_on_the_wire():
+    assert needed_mb_s(oak_config(), 2) == pytest.approx(2 * 1280 * 800 * 10 / 1e6)
+    assert needed_mb_s(oak_config(pixels="raw10"), 2) == pytest.approx(2 * 1600 * 800 * 10 / 1e6)
+
+
+def test_a_link_that_is_too_slow_is_refused_with_both_rates():
+    config = oak_config(rate_hz=30.0)
+    require_bandwidth(config, 4, link="USB 3", available_mb_s=312.0, device="OAK 1")
+    with pytest.raises(ConfigError) as caught:
+        require_bandwidth(config, 4, link="USB 2", available_mb_s=40.0, device="OAK 1")
+    message = str(caught.value)
+    assert "need 122.9 MB/s, USB 2 carries 40 MB/s" in message
+    assert "lower camera.rate_hz to 9.8" in message
+    assert "USB 3 cable" in message
