@@ -2,6 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
+DEMO_READY := .venv/.demo-ready
 DEMO := demo
 WORKERS ?= 2
 PYTEST := $(BIN)/python -m pytest -q -n $(WORKERS) --dist loadgroup --no-loadscope-reorder
@@ -12,14 +13,19 @@ PYTEST := $(BIN)/python -m pytest -q -n $(WORKERS) --dist loadgroup --no-loadsco
 help: ## Show what can be made
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 14
 
-$(READY): pyproject.toml constraints.txt
+$(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "rig needs Python 3.11 or newer, $(PYTHON) is %d.%d; call: make PYTHON=/path/to/python3.11" % sys.version_info[:2])'
-	@test -x $(BIN)/python || $(PYTHON) -m venv .venv || { rm -rf .venv; $(PYTHON) -m venv --without-pip .venv && $(PYTHON) -m pip --python $(BIN)/python install pip; }
-	@echo "installing rig into .venv (once; a few minutes on a slow line) ..."
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[sim,report,oak,dev]'
-	@touch $@
+	@$(PYTHON) -m venv .venv || { rm -rf .venv; $(PYTHON) -m venv --without-pip .venv && $(PYTHON) -m pip --python $(BIN)/python install pip; }
 
-demo: $(READY) ## Sweep the simulated rig, then measure depth with it
+# The demo needs less than the developers do, so it installs less.
+$(DEMO_READY): EXTRAS := sim,report
+$(READY): EXTRAS := sim,report,parquet,oak,dev
+$(DEMO_READY) $(READY): pyproject.toml constraints.txt | $(BIN)/python
+	@echo "installing rig into .venv (once; a few minutes on a slow line) ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[$(EXTRAS)]'
+	@touch $(DEMO_READY) $@
+
+demo: $(DEMO_READY) ## Sweep the simulated rig, then measure depth with it
 	@RIG_DATABASE=sqlite:///$(DEMO)/rig.sqlite RIG_CACHE_DIR=$(DEMO)/renders sh -e -c '\
 	  mkdir -p $(DEMO); \
 	  $(BIN)/rig sweep sim; \

@@ -16,6 +16,7 @@ RigError
 ├── CalibrationError                  sightings that do not determine the cameras and their places
 ├── SlopeError                        images that give no slope
 ├── CurveError                        too few or contradictory distances, or another rig's curve
+├── FormatError                       a file of another tool's format, or what it cannot hold
 └── StoreError                        database or frame folder cannot be read or written
 
 Messages say what was asked, what was found (with units) and what to do next.
@@ -153,6 +154,10 @@ class SlopeError(RigError):
 
 class CurveError(RigError):
     """No depth-slope curve can be fitted, or the one at hand does not belong to this rig."""
+
+
+class FormatError(RigError):
+    """A file is not of the format it should be, or that format cannot hold what it is given."""
 
 
 class StoreError(RigError):

@@ -1,0 +1,1 @@
+"""Other people's formats, written and read; each writer is verified by its own reader."""

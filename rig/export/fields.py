@@ -1,0 +1,159 @@
+"""Takes numbers out of what a file held, and says which are missing or odd."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from rig.depth.files import read_bytes
+from rig.errors import ConfigError, FormatError
+from rig.geometry.camera_model import CameraModel
+from rig.geometry.lens import LensModel
+from rig.geometry.pose import Pose
+
+Float = NDArray[np.float64]
+Fields = Mapping[str, object]
+
+_MOST_TILT = 1e-5
+"""Files hold rounded rotations; further off than this they are none."""
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a file.
+
+    Raises:
+        StoreError: it cannot be read.
+        FormatError: it is no text.
+    """
+    try:
+        return read_bytes(path).decode()
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{path}: is no text file; give a file of the named format") from error
+
+
+def read_yaml(path: Path, loader: type[yaml.SafeLoader] = yaml.SafeLoader) -> Fields:
+    """Return the top-level mapping of a YAML file.
+
+    Args:
+        path: file to read.
+        loader: a safe loader, with the tags of the format.
+
+    Raises:
+        StoreError: it cannot be read.
+        FormatError: it is no YAML mapping.
+    """
+    try:
+        # Loaders of this type build plain values only. OpenCV's `%YAML:1.0` is no directive.
+        content = yaml.load(read_text(path).removeprefix("%YAML:1.0"), loader)  # noqa: S506
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        line = " ".join(str(error).split())
+        raise FormatError(f"{path}: is no YAML: {line}") from error
+    return mapping(content, str(path))
+
+
+def mapping(value: object, where: str) -> Fields:
+    """Return a mapping with text keys, or raise FormatError."""
+    if not isinstance(value, Mapping):
+        raise FormatError(f"{where}: expected named fields, found {_kind(value)}")
+    return {str(key): item for key, item in cast("Mapping[object, object]", value).items()}
+
+
+def field(fields: Fields, name: str, where: str) -> object:
+    """Return one field, or raise FormatError naming it."""
+    if name not in fields:
+        present = ", ".join(list(fields)[:8]) or "none"
+        raise FormatError(f"{where}: has no {name}; its fields are {present}")
+    return fields[name]
+
+
+def text(fields: Fields, name: str, where: str) -> str:
+    """Return a text field."""
+    value = field(fields, name, where)
+    if not isinstance(value, str):
+        raise FormatError(f"{where}: {name} must be text, found {_kind(value)}")
+    return value
+
+
+def numbers(value: object, where: str, *, count: int | None = None) -> list[float]:
+    """Return a list of finite numbers, of `count` where given."""
+    if not isinstance(value, Sequence) or isinstance(value, str):
+        raise FormatError(f"{where}: expected a list of numbers, found {_kind(value)}")
+    found: list[float] = []
+    for item in cast("Sequence[object]", value):
+        if isinstance(item, bool) or not isinstance(item, int | float) or not np.isfinite(item):
+            raise FormatError(f"{where}: expected finite numbers, found {_kind(item)}")
+        found.append(float(item))
+    if count is not None and len(found) != count:
+        raise FormatError(f"{where}: expected {count} numbers, found {len(found)}")
+    return found
+
+
+def four(value: object, where: str) -> tuple[float, float, float, float]:
+    """Return fx, fy, cx, cy."""
+    fx_px, fy_px, cx_px, cy_px = numbers(value, where, count=4)
+    return fx_px, fy_px, cx_px, cy_px
+
+
+def number(value: object, where: str) -> float:
+    """Return one finite number."""
+    return numbers([value], where)[0]
+
+
+def size_px(value: object, where: str) -> int:
+    """Return a picture size."""
+    found = number(value, where)
+    if not (found.is_integer() and 0 < found < 1e6):
+        raise FormatError(f"{where}: expected a picture size in px, found {found:g}")
+    return int(found)
+
+
+def matrix(value: object, shape: tuple[int, int], where: str) -> Float:
+    """Return rows of numbers as an array."""
+    if not isinstance(value, Sequence) or isinstance(value, str):
+        raise FormatError(f"{where}: expected {shape[0]} rows of numbers, found {_kind(value)}")
+    rows = [numbers(row, where, count=shape[1]) for row in cast("Sequence[object]", value)]
+    if len(rows) != shape[0]:
+        raise FormatError(f"{where}: expected {shape[0]} rows, found {len(rows)}")
+    return np.array(rows, np.float64)
+
+
+def pose(rotation: Float, translation_mm: Sequence[float], where: str) -> Pose:
+    """Return a pose; a rotation that a file has rounded is made exact again.
+
+    Raises:
+        FormatError: it is no rotation.
+    """
+    try:
+        u, _, vt = np.linalg.svd(rotation)
+    except np.linalg.LinAlgError as error:
+        raise FormatError(f"{where}: holds no rotation") from error
+    nearest = u @ vt
+    off = float(np.abs(nearest - rotation).max())
+    if not off < _MOST_TILT or np.linalg.det(nearest) < 0:
+        raise FormatError(f"{where}: is no rotation, it is {off:.2g} away from the nearest one")
+    return Pose(nearest if off > 1e-15 else rotation, np.array(translation_mm, np.float64))
+
+
+def camera(
+    size: tuple[int, int],
+    intrinsics: tuple[float, float, float, float],
+    lens: LensModel,
+    coefficients: Sequence[float],
+    where: str,
+) -> CameraModel:
+    """Return a camera of (width, height) px and fx, fy, cx, cy, or raise FormatError."""
+    try:
+        fx_px, fy_px, cx_px, cy_px = intrinsics
+        return CameraModel(*size, fx_px, fy_px, cx_px, cy_px, lens, tuple(coefficients))
+    except ConfigError as error:
+        raise FormatError(f"{where}: {error}") from error
+
+
+def _kind(value: object) -> str:
+    if value is None:
+        return "nothing"
+    shown = repr(value)
+    return f"{type(value).__name__} {shown[:40]}"

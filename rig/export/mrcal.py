@@ -1,0 +1,133 @@
+"""mrcal `.cameramodel`: one file per view, a Python literal with comments.
+
+Lengths in m; `extrinsics` is `rt_fromref`, a Rodrigues vector and a translation that take points of
+the common reference frame into the camera. Lens models LENSMODEL_PINHOLE, OPENCV4, OPENCV5,
+OPENCV8. Format: mrcal documentation, "cameramodel file formats".
+"""
+
+import ast
+from pathlib import Path
+
+import numpy as np
+
+from rig.depth.files import write_bytes
+from rig.errors import FormatError
+from rig.export import fields
+from rig.geometry.camera_model import CameraModel
+from rig.geometry.lens import LensModel
+from rig.geometry.pose import Pose
+from rig.geometry.rig_geometry import RigGeometry
+
+SUFFIX = ".cameramodel"
+
+_MODEL_OF: dict[LensModel, str] = {
+    "none": "LENSMODEL_PINHOLE",
+    "brown5": "LENSMODEL_OPENCV5",
+    "brown8": "LENSMODEL_OPENCV8",
+}
+_LENSES: dict[str, tuple[LensModel, int]] = {
+    "LENSMODEL_PINHOLE": ("none", 0),
+    "LENSMODEL_OPENCV4": ("brown5", 4),
+    "LENSMODEL_OPENCV5": ("brown5", 5),
+    "LENSMODEL_OPENCV8": ("brown8", 8),
+}
+
+
+def write(geometry: RigGeometry, folder: Path) -> None:
+    """Write one file per view, `NAME.cameramodel`.
+
+    Raises:
+        FormatError: a view has a fisheye lens, which mrcal does not know.
+        StoreError: a file cannot be written.
+    """
+    for name, camera, pose in zip(
+        geometry.names, geometry.cameras, geometry.cam_from_reference, strict=True
+    ):
+        if camera.lens not in _MODEL_OF:
+            raise FormatError(
+                f"view {name}: mrcal has no {camera.lens} lens of this kind; calibrate with a "
+                "Brown-Conrady lens, or fit one with --refit"
+            )
+        intrinsics = [
+            camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px, *camera.coefficients,
+        ]  # fmt: skip
+        extrinsics = [*pose.rotation_rad.tolist(), *(pose.translation_mm / 1000.0).tolist()]
+        lines = (
+            "{",
+            f"    'lensmodel':  '{_MODEL_OF[camera.lens]}',",
+            "    # fx, fy, cx, cy in px, then the lens",
+            f"    'intrinsics': {[float(n) for n in intrinsics]},",
+            "    # Rodrigues vector (rad) and translation (m) from the reference frame",
+            f"    'extrinsics': {[float(n) for n in extrinsics]},",
+            f"    'imagersize': [{camera.width_px}, {camera.height_px}],",
+            "}",
+            "",
+        )
+        write_bytes(folder / f"{name}{SUFFIX}", "\n".join(lines).encode())
+
+
+def read(folder: Path) -> RigGeometry:
+    """Read all `*.cameramodel` of a folder; views are called after their files.
+
+    The first view at the reference frame's origin is the reference, else the first by name.
+
+    Raises:
+        FormatError: there is none, or one is not as it should be.
+        StoreError: a file cannot be read.
+    """
+    paths = sorted(folder.glob(f"*{SUFFIX}"))
+    if not paths:
+        raise FormatError(f"{folder}: holds no *{SUFFIX}; give the folder with one per view")
+    read_all = [_read_one(path) for path in paths]
+    poses = [pose for _, pose in read_all]
+    reference = next(
+        (
+            i
+            for i, pose in enumerate(poses)
+            if float(np.abs(pose.translation_mm).max()) < 1e-9
+            and float(np.abs(pose.rotation - np.eye(3)).max()) < 1e-9
+        ),
+        0,
+    )
+    world_from_reference = poses[reference].inverse()
+    return RigGeometry(
+        tuple(path.stem for path in paths),
+        reference,
+        tuple(camera for camera, _ in read_all),
+        tuple(
+            Pose.identity() if i == reference else pose @ world_from_reference
+            for i, pose in enumerate(poses)
+        ),
+    )
+
+
+def _read_one(path: Path) -> tuple[CameraModel, Pose]:
+    where = str(path)
+    try:
+        # A literal only: nothing of the file is ever run.
+        content = ast.literal_eval(fields.read_text(path).strip())
+    except (ValueError, SyntaxError, TypeError, MemoryError, RecursionError) as error:
+        raise FormatError(
+            f"{path}: is no mrcal camera model ({error.__class__.__name__})"
+        ) from error
+    entry = fields.mapping(content, where)
+    model = fields.text(entry, "lensmodel", where)
+    if model not in _LENSES:
+        raise FormatError(
+            f"{path}: lens model {model} is not known here; convert it to one of "
+            f"{', '.join(_LENSES)} with mrcal-convert-lensmodel"
+        )
+    lens, count = _LENSES[model]
+    numbers = fields.numbers(
+        fields.field(entry, "intrinsics", where), f"{where} intrinsics", count=4 + count
+    )
+    coefficients = numbers[4:] + ([0.0] if model == "LENSMODEL_OPENCV4" else [])
+    size = fields.numbers(fields.field(entry, "imagersize", where), where, count=2)
+    width, height = (fields.size_px(n, f"{where} imagersize") for n in size)
+    # Newer versions call the same numbers rt_cam_ref.
+    key = "extrinsics" if "extrinsics" in entry else "rt_cam_ref"
+    rt = fields.numbers(fields.field(entry, key, where), f"{where} {key}", count=6)
+    pose = Pose.from_vectors(np.array(rt[:3]), 1000.0 * np.array(rt[3:]))
+    return fields.camera(
+        (width, height), fields.four(numbers[:4], where), lens, coefficients, where
+    ), pose
