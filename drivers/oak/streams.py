@@ -1,5 +1,6 @@
 """The pipeline behind the seam: sensors -> Sync -> numbered groups, and a look at every sensor."""
 
+import atexit
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import timedelta
@@ -98,6 +99,7 @@ class Streams:
         return Group(frames, group.getSequenceNum())
 
     def _start(self) -> None:
+        atexit.register(self._stop)  # threads that outlive the interpreter abort the process
         pipeline = self._sensors.pipeline()
         self._pipeline = pipeline
         sync = pipeline.create(dai.node.Sync)
@@ -117,12 +119,13 @@ class Streams:
         pipeline.start()
 
     def _stop(self) -> None:
+        atexit.unregister(self._stop)
         pipeline, self._pipeline = self._pipeline, None
         self._groups = None
         self._newest.clear()
         if pipeline is not None:
             pipeline.stop()
-            pipeline.wait()  # without it threads of the library outlive the interpreter and crash
+            pipeline.wait()
 
     def _look(self) -> None:
         for view, queue in self._newest.items():
