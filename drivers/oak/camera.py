@@ -145,9 +145,9 @@ class OakCamera:
             if group is not None and all(start_s(f) >= begun_s for f in group.frames.values()):
                 return group
         silent = streams.watchdog.silent_since(since_s)
-        spread_s = streams.watchdog.spread_s()
-        if not silent and spread_s > self._config.max_skew_s:
-            raise ViewSkewError(self._name, skew_s=spread_s, allowed_s=self._config.max_skew_s)
+        phase_s = streams.watchdog.phase_s(1.0 / self._config.rate_hz)
+        if not silent and phase_s > self._config.max_skew_s:
+            raise ViewSkewError(self._name, skew_s=phase_s, allowed_s=self._config.max_skew_s)
         raise CaptureTimeoutError(self._name, missing=silent or self._views, timeout_s=timeout_s)
 
     def _multi_view(self, group: Group) -> MultiView:
@@ -207,7 +207,7 @@ class OakCamera:
                 self._multi_view(self._next_group(begun_s=0.0, since_s=begun_s, timeout_s=limit_s))
             except ControlError as error:
                 refused = error
-            except CaptureTimeoutError:
+            except (CaptureTimeoutError, ViewSkewError):
                 if refused is None:
                     raise
             else:

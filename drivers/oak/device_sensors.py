@@ -42,11 +42,12 @@ class DeviceSensors:
                 f"cannot be opened: {error}; another program may use it, or it needs more power",
             ) from error
         try:
-            self._prepare(self._device)
+            self._identity = prepare_device(self._device, self._config, self._sockets)
         except RuntimeError as error:
             self._close()
             raise DeviceLostError(
-                self.name, f"stopped answering while it was prepared ({error}); plug it in again"
+                f"OAK {info.deviceId}",
+                f"stopped answering while it was prepared ({error}); plug it in again",
             ) from error
         except BaseException:
             self._close()
@@ -93,36 +94,6 @@ class DeviceSensors:
             return "the link to the device is closed; check cable and power"
         return "the device has crashed" if device.hasCrashed() else None
 
-    def _prepare(self, device: dai.Device) -> None:
-        device.setMaxReconnectionAttempts(0)  # it would start anew under a running measurement
-        device.setLogLevel(dai.LogLevel.WARN)
-        device.setLogOutputLevel(dai.LogLevel.OFF)
-        device.addLogCallback(_log_message)
-        link, available_mb_s = link_of(device)
-        self._identity = {
-            "kind": "oak",
-            "model": str(device.getProductName() or device.getDeviceName()),
-            "serial": device.getDeviceId(),
-            "depthai": dai.__version__,
-            "link": link,
-            **{
-                f"sensor {socket.name}": sensor
-                for socket, sensor in device.getCameraSensorNames().items()
-            },
-            **calibration_fields(device.readCalibration(), self._sockets.values()),
-        }
-        require_sensors(device.getConnectedCameraFeatures(), self._config, self._sockets, self.name)
-        require_bandwidth(
-            self._config,
-            len(self._sockets),
-            link=link,
-            available_mb_s=available_mb_s,
-            device=self.name,
-        )
-        if device.getIrDrivers():  # dots on the board would be taken for its corners
-            device.setIrLaserDotProjectorIntensity(0.0)
-            device.setIrFloodLightIntensity(0.0)
-
     def _opened(self) -> dai.Device:
         if self._device is None:
             raise DeviceLostError(self.name, 'is not open; use "with camera:"')
@@ -132,6 +103,47 @@ class DeviceSensors:
         device, self._device = self._device, None
         if device is not None:
             device.close()
+
+
+def prepare_device(
+    device: dai.Device, config: OakCameraConfig, sockets: Mapping[str, str]
+) -> dict[str, str]:
+    """Check an open device against the profile, and make it quiet and dark.
+
+    Args:
+        device: just opened.
+        config: the profile's camera.
+        sockets: by view name, of this device.
+
+    Returns:
+        Its identity: model, id, link, sensors, and its own calibration in mm.
+
+    Raises:
+        DeviceNotFoundError: a socket is empty.
+        ConfigError: a sensor or the link cannot keep the profile.
+        RuntimeError: the device does not answer.
+    """
+    name = f"OAK {device.getDeviceId()}"
+    device.setMaxReconnectionAttempts(0)  # it would start anew under a running measurement
+    device.setLogLevel(dai.LogLevel.WARN)
+    device.setLogOutputLevel(dai.LogLevel.OFF)
+    device.addLogCallback(_log_message)
+    if device.getIrDrivers():  # dots on the board would be taken for its corners
+        device.setIrLaserDotProjectorIntensity(0.0)
+        device.setIrFloodLightIntensity(0.0)
+    features = device.getConnectedCameraFeatures()
+    require_sensors(features, config, sockets, name)
+    link, available_mb_s = link_of(device)
+    require_bandwidth(config, len(sockets), link=link, available_mb_s=available_mb_s, device=name)
+    return {
+        "kind": "oak",
+        "model": str(device.getProductName() or device.getDeviceName()),
+        "serial": device.getDeviceId(),
+        "depthai": dai.__version__,
+        "link": link,
+        **{f"sensor {feature.socket.name}": feature.sensorName for feature in features},
+        **calibration_fields(device.readCalibration(), sockets.values()),
+    }
 
 
 def _log_message(message: dai.LogMessage) -> None:

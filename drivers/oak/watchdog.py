@@ -31,7 +31,14 @@ class Watchdog:
             view for view, beat in self._newest.items() if beat is None or beat.start_s < since_s
         )
 
-    def spread_s(self) -> float:
-        """Return the time between the newest frames of the sensors; 0 before all have sent."""
+    def phase_s(self, period_s: float) -> float:
+        """Return how far sensors of one rate are out of step; 0 before all have sent.
+
+        The newest frames may be of neighbouring periods, so that times count modulo the period.
+        """
         times_s = [beat.middle_s for beat in self._newest.values() if beat is not None]
-        return max(times_s) - min(times_s) if len(times_s) == len(self._newest) else 0.0
+        if len(times_s) < len(self._newest) or not times_s:
+            return 0.0
+        half_s = period_s / 2.0
+        offsets_s = [(t_s - times_s[0] + half_s) % period_s - half_s for t_s in times_s]
+        return max(offsets_s) - min(offsets_s)

@@ -4,8 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from drivers.oak.board import board_socket
 from drivers.oak.camera import OakCamera
 from drivers.oak.host_sensors import HostSensors
+from drivers.oak.sdk import dai
 from rig.devices import SystemClock
 from rig.profile import OakCameraConfig, Profile
 from rig.profile.load import load_profile
@@ -66,3 +68,35 @@ def oak_config(**changes: Any) -> OakCameraConfig:
         "exposure_s": 0.008,
     }
     return OakCameraConfig(**{**plain, **changes})
+
+
+def feature(socket: str, *, focus: bool = False, colour: bool = False) -> dai.CameraFeatures:
+    """An OV9282, or something like it, as the device describes it."""
+    found = dai.CameraFeatures()
+    found.socket = board_socket(socket)
+    found.sensorName = "OV9282"
+    found.width, found.height = 1280, 800
+    found.hasAutofocus = focus
+    kind = dai.CameraSensorType.COLOR if colour else dai.CameraSensorType.MONO
+    found.supportedTypes = [kind]
+    modes: list[dai.CameraSensorConfig] = []
+    for width, height, fastest_hz in ((1280, 800, 129.6), (640, 400, 255.7)):
+        mode = dai.CameraSensorConfig()
+        mode.width, mode.height, mode.maxFps, mode.type = width, height, fastest_hz, kind
+        modes.append(mode)
+    found.configs = modes
+    return found
+
+
+def oak_d(focal_px: float = 800.0) -> dai.CalibrationHandler:
+    """The EEPROM of an OAK-D: a pair 75 mm apart, kept as 7.5 cm."""
+    handler = dai.CalibrationHandler()
+    handler.setBoardInfo("OAK-D", "R1M0E1")
+    left, right = board_socket("CAM_B"), board_socket("CAM_C")
+    for socket in (left, right):
+        matrix = [[focal_px, 0.0, 640.5], [0.0, focal_px, 400.5], [0.0, 0.0, 1.0]]
+        handler.setCameraIntrinsics(socket, matrix, dai.Size2f(1280.0, 800.0))
+        handler.setDistortionCoefficients(socket, [0.01 * k for k in range(14)])
+    straight = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    handler.setCameraExtrinsics(right, left, straight, [7.5, 0.0, 0.0], [7.5, 0.0, 0.0])
+    return handler

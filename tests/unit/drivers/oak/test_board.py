@@ -15,27 +15,9 @@ from drivers.oak.board import (
 )
 from drivers.oak.sdk import dai
 from rig.errors import ConfigError, DeviceNotFoundError
-from tests.support.oak import oak_config
+from tests.support.oak import feature, oak_config
 
 PAIR = {"left": "CAM_B", "right": "CAM_C"}
-
-
-def feature(socket: str, *, focus: bool = False, colour: bool = False) -> dai.CameraFeatures:
-    """An OV9282, or something like it, as the device describes it."""
-    found = dai.CameraFeatures()
-    found.socket = board_socket(socket)
-    found.sensorName = "OV9282"
-    found.width, found.height = 1280, 800
-    found.hasAutofocus = focus
-    kind = dai.CameraSensorType.COLOR if colour else dai.CameraSensorType.MONO
-    found.supportedTypes = [kind]
-    modes: list[dai.CameraSensorConfig] = []
-    for width, height, fastest_hz in ((1280, 800, 129.6), (640, 400, 255.7)):
-        mode = dai.CameraSensorConfig()
-        mode.width, mode.height, mode.maxFps, mode.type = width, height, fastest_hz, kind
-        modes.append(mode)
-    found.configs = modes
-    return found
 
 
 def test_the_sync_lines_of_an_ffc_4p_are_joined_by_one_pin():

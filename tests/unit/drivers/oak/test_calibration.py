@@ -16,21 +16,9 @@ from drivers.oak.calibration import (
 )
 from drivers.oak.sdk import dai
 from rig.errors import ConfigError, DeviceLostError
+from tests.support.oak import oak_d
 
-B, C = dai.CameraBoardSocket.CAM_B, dai.CameraBoardSocket.CAM_C
-STRAIGHT = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-
-
-def oak_d(focal_px: float = 800.0) -> dai.CalibrationHandler:
-    """The pair of an OAK-D: 75 mm, kept as 7.5 cm."""
-    handler = dai.CalibrationHandler()
-    handler.setBoardInfo("OAK-D", "R1M0E1")
-    for socket in (B, C):
-        matrix = [[focal_px, 0.0, 640.5], [0.0, focal_px, 400.5], [0.0, 0.0, 1.0]]
-        handler.setCameraIntrinsics(socket, matrix, dai.Size2f(1280.0, 800.0))
-        handler.setDistortionCoefficients(socket, [0.01 * k for k in range(14)])
-    handler.setCameraExtrinsics(C, B, STRAIGHT, [7.5, 0.0, 0.0], [7.5, 0.0, 0.0])
-    return handler
+B = dai.CameraBoardSocket.CAM_B
 
 
 class FakeDevice:

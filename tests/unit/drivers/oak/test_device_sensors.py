@@ -1,0 +1,136 @@
+"""What is done to a device between opening it and its first frame, on a stand-in for the device."""
+
+import json
+import logging
+from typing import cast
+
+import pytest
+
+from drivers.oak.bandwidth import link_of
+from drivers.oak.device_sensors import DeviceSensors, prepare_device
+from drivers.oak.sdk import dai
+from rig.errors import ConfigError, DeviceLostError, DeviceNotFoundError
+from tests.support.oak import feature, oak_config, oak_d
+
+PAIR = {"left": "CAM_B", "right": "CAM_C"}
+
+
+class FakeDevice:
+    """An OAK-D Pro as far as it is asked here; remembers what it was told."""
+
+    def __init__(
+        self, speed: dai.UsbSpeed = dai.UsbSpeed.SUPER, *, by_network: bool = False
+    ) -> None:
+        self.told: list[tuple[str, object]] = []
+        self._speed = speed
+        self._by_network = by_network
+
+    def getDeviceId(self) -> str:  # noqa: N802
+        return "18443010D1E5A70F00"
+
+    def getProductName(self) -> str:  # noqa: N802
+        return "OAK-D-PRO"
+
+    def getProtocol(self) -> dai.XLinkProtocol:  # noqa: N802
+        protocol = dai.XLinkProtocol
+        return protocol.X_LINK_TCP_IP if self._by_network else protocol.X_LINK_USB_VSC
+
+    def getUsbSpeed(self) -> dai.UsbSpeed:  # noqa: N802
+        return self._speed
+
+    def getIrDrivers(self) -> list[tuple[str, int, int]]:  # noqa: N802
+        return [("LM3644", 2, 0x63)]
+
+    def getConnectedCameraFeatures(self) -> list[dai.CameraFeatures]:  # noqa: N802
+        return [feature("CAM_B"), feature("CAM_C")]
+
+    def readCalibration(self) -> dai.CalibrationHandler:  # noqa: N802
+        return oak_d()
+
+    def setMaxReconnectionAttempts(self, attempts: int) -> None:  # noqa: N802
+        self.told.append(("reconnections", attempts))
+
+    def setLogLevel(self, level: dai.LogLevel) -> None:  # noqa: N802
+        self.told.append(("log", level))
+
+    def setLogOutputLevel(self, level: dai.LogLevel) -> None:  # noqa: N802
+        self.told.append(("log on stdout", level))
+
+    def addLogCallback(self, callback: object) -> int:  # noqa: N802
+        self.told.append(("callback", callback))
+        return 0
+
+    def setIrLaserDotProjectorIntensity(self, intensity: float) -> bool:  # noqa: N802
+        self.told.append(("dots", intensity))
+        return True
+
+    def setIrFloodLightIntensity(self, intensity: float) -> bool:  # noqa: N802
+        self.told.append(("flood", intensity))
+        return True
+
+
+def as_device(fake: FakeDevice) -> dai.Device:
+    return cast("dai.Device", fake)
+
+
+def test_a_device_is_made_quiet_and_dark_and_does_not_restart_by_itself():
+    fake = FakeDevice()
+    prepare_device(as_device(fake), oak_config(), PAIR)
+    told = dict(fake.told)
+    assert told["reconnections"] == 0
+    assert told["log on stdout"] == dai.LogLevel.OFF
+    assert told["dots"] == 0.0
+    assert told["flood"] == 0.0
+
+
+def test_its_identity_holds_link_sensors_and_calibration():
+    identity = prepare_device(as_device(FakeDevice()), oak_config(), PAIR)
+    assert identity["serial"] == "18443010D1E5A70F00"
+    assert identity["link"] == "USB 3"
+    assert identity["sensor CAM_C"] == "OV9282"
+    calibration = json.loads(identity["calibration CAM_C"])
+    assert calibration["translation_mm"] == [75.0, 0.0, 0.0]
+
+
+def test_a_slow_link_is_refused_before_anything_flows():
+    fast = oak_config(rate_hz=30.0)
+    with pytest.raises(ConfigError, match=r"OAK 18443010D1E5A70F00.*USB 2 carries 40 MB/s"):
+        prepare_device(as_device(FakeDevice(dai.UsbSpeed.HIGH)), fast, PAIR)
+    prepare_device(as_device(FakeDevice(by_network=True)), fast, PAIR)
+
+
+@pytest.mark.parametrize(
+    ("fake", "link"),
+    [
+        (FakeDevice(dai.UsbSpeed.SUPER_PLUS), ("USB 3", 312.0)),
+        (FakeDevice(dai.UsbSpeed.FULL), ("USB at FULL speed", 1.0)),
+        (FakeDevice(dai.UsbSpeed.UNKNOWN, by_network=True), ("gigabit Ethernet", 99.0)),
+    ],
+)
+def test_every_link_has_a_name_and_a_rate(fake: FakeDevice, link: tuple[str, float]):
+    assert link_of(as_device(fake)) == link
+
+
+def test_the_log_of_a_device_reaches_ours(caplog: pytest.LogCaptureFixture):
+    fake = FakeDevice()
+    prepare_device(as_device(fake), oak_config(), PAIR)
+    callback = dict(fake.told)["callback"]
+    assert callable(callback)
+
+    class Message:
+        nodeIdName, payload = "Camera", "sensor restarted"  # noqa: N815
+
+    with caplog.at_level(logging.WARNING):
+        callback(Message())
+    assert "Camera: sensor restarted" in caplog.text
+
+
+@pytest.mark.slow
+def test_no_device_is_an_error_of_ours_and_a_closed_one_gives_nothing():
+    sensors = DeviceSensors(oak_config(), "184430", PAIR)
+    with pytest.raises(DeviceNotFoundError, match="asked for 184430, found"):
+        sensors.__enter__()
+    with pytest.raises(DeviceLostError, match="not open"):
+        sensors.pipeline()
+    assert sensors.identity["kind"] == "oak"
+    assert sensors.failure() is not None
