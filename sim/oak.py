@@ -78,6 +78,7 @@ class SimOakRack:
 
     def sources(self) -> Mapping[str, "SimSensor"]:
         """Return the sensors by view name, switched on now."""
+        self._light.on(0, self._world.clock.now_s())  # the first drawing takes longest
         began_s = self._world.clock.now_s()
         return {
             view.name: SimSensor(
@@ -118,6 +119,7 @@ class SimSensor:
     """When its frame 0 began."""
     faults: SensorFaults
     _sequence: int = 0
+    _sent: int = 0
     _random: np.random.Generator = field(init=False)
     _jitter_s: float = field(init=False, default=0.0)
 
@@ -127,9 +129,9 @@ class SimSensor:
     def next_frame(self, wait_s: float) -> SimSensorFrame | None:
         """Return the next frame when its exposure has ended, None if that is after `wait_s`."""
         clock, faults = self._world.clock, self.faults
-        if faults.raises_after is not None and self._sequence >= faults.raises_after:
-            raise RuntimeError(f"sensor fault after {self._sequence} frames")
-        if faults.stalls_after is not None and self._sequence >= faults.stalls_after:
+        if faults.raises_after is not None and self._sent >= faults.raises_after:
+            raise RuntimeError(f"sensor fault after {self._sent} frames")
+        if faults.stalls_after is not None and self._sent >= faults.stalls_after:
             clock.sleep_s(wait_s)
             return None
         start_s = self._start_s()
@@ -142,6 +144,7 @@ class SimSensor:
         frame = None
         if self._random.random() >= faults.drop_share:
             frame = self._frame(start_s + exposure_s / 2.0, exposure_s)
+            self._sent += 1
         self._advance()
         return frame
 
@@ -164,7 +167,7 @@ class SimSensor:
         image = self._light.on(self.number, middle_s).draw(seed)
         if config.pixels == "raw10":
             image = _ten_bits(image)
-        is_auto = self._sequence < self.faults.controls_after
+        is_auto = self._sent < self.faults.controls_after
         return SimSensorFrame(
             image,
             middle_s,
