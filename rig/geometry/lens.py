@@ -92,8 +92,8 @@ def undistort(model: LensModel, coefficients: Float, xy_distorted: Float) -> Flo
     there = distort(model, coefficients, xy)
     reached = np.abs(there.xy - wanted).max(axis=1) < 1e-10
     # Beyond a fold the picture runs backwards: a point there is not what the camera shows.
-    det = np.linalg.det(there.by_xy)
-    upright = (det > 0) & (there.by_xy[:, 0, 0] + there.by_xy[:, 1, 1] > 0)
+    (xx, xy_), (yx, yy) = np.moveaxis(np.where(reached[:, None, None], there.by_xy, 0.0), 0, -1)
+    upright = (xx * yy - xy_ * yx > 0) & (xx + yy > 0)
     xy[~(reached & upright)] = np.nan
     return xy
 

@@ -14,7 +14,18 @@ SOURCES = sorted(
     path for package in ("rig", "drivers", "sim") for path in (ROOT / package).rglob("*.py")
 )
 UNITS = re.compile(r"(^|_)(mm|px|px2|s|rad|deg|hz|pct|mb|degc|levels|ppm|mm_s|mm_s2|steps?|in)$")
-RATIOS = {"share", "ratio", "scale", "gain", "percent", "weight", "value", "sigma", "ridge"}
+RATIOS = {
+    "share",
+    "ratio",
+    "scale",
+    "gain",
+    "percent",
+    "weight",
+    "value",
+    "sigma",
+    "ridge",
+    "damping",
+}
 """Numbers without a dimension, or in the unit of the array beside them."""
 GREYS = {"grey_scale", "grey_gate", "truncation", "level", "picture", "grain", "fall"}
 """Grey levels and shares of grey."""

@@ -6,21 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.errors import CalibrationError
-from rig.geometry.sighting import Sighting
+from rig.geometry.calibration.observations import Observations
 
 
-def shared_pictures(sightings: Sequence[Sighting], view_count: int) -> NDArray[np.intp]:
+def shared_pictures(observed: Observations, view_count: int) -> NDArray[np.int64]:
     """(V, V) how many pictures each pair of views has in common; the diagonal counts its own."""
-    pictures = sorted({sighting.picture for sighting in sightings})
-    seen = np.zeros((len(pictures), view_count), np.intp)
-    row = {picture: index for index, picture in enumerate(pictures)}
-    for sighting in sightings:
-        seen[row[sighting.picture], sighting.view] = 1
-    return seen.T @ seen
+    seen = np.zeros((len(observed.pictures), view_count), np.int64)
+    seen[observed.picture, observed.view] = 1
+    return np.einsum("nv,nw->vw", seen, seen)
 
 
 def spanning_tree(
-    shared: NDArray[np.intp], reference: int, names: Sequence[str]
+    shared: NDArray[np.int64], reference: int, names: Sequence[str]
 ) -> list[tuple[int, int]]:
     """Chain every view to the reference through the pairs that share most pictures.
 

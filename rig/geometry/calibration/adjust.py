@@ -1,0 +1,111 @@
+"""Robust bundle adjustment: weights and unknowns settle each other."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.geometry.calibration.linearise import Target, linearise
+from rig.geometry.calibration.observations import Observations
+from rig.geometry.calibration.priors import StageStops
+from rig.geometry.calibration.scatter import Scatter, measure_scatter, point_weights
+from rig.geometry.calibration.settle import Problem, settle
+from rig.geometry.calibration.unknowns import Free, StageLine, Unknowns, lay_out
+
+Float = NDArray[np.float64]
+
+_MOST_ROUNDS = 12
+_MOST_COARSE_ROUNDS = 3
+_STEPS_A_ROUND = 4
+_COARSE, _FINE = 0.1, 2e-3
+"""Relative change of the scales between rounds below which they are taken as settled."""
+
+
+@dataclass(frozen=True, slots=True)
+class Adjusted:
+    """Unknowns that settled, with the scatter that settled beside them."""
+
+    problem: Problem
+    at: Unknowns
+    residual_px: Float
+    """(M, 2)."""
+    scatter: Scatter
+    weight: Float
+    """(M,) inverse variances; 0 for outliers."""
+
+
+def adjust(
+    observed: Observations,
+    target: Target,
+    start: Unknowns,
+    reference: int,
+    stops: StageStops | None,
+    free: Free,
+) -> Adjusted:
+    """Solve everything that is free, from coarse to fine.
+
+    First without bending and stage, and without rejecting anything, because far from the answer a
+    good point looks like an outlier; then all of it.
+    """
+    coarse = replace(free, lens=False, warp=False)
+    at = _rounds(observed, target, start, reference, None, coarse, reject=False).at
+    at = _rounds(observed, target, at, reference, None, replace(free, warp=False), reject=False).at
+    if stops is not None and at.stage is None:
+        at = replace(at, stage=fit_line(at, stops))
+    return readjust(observed, target, at, reference, stops, free)
+
+
+def readjust(
+    observed: Observations,
+    target: Target,
+    near: Unknowns,
+    reference: int,
+    stops: StageStops | None,
+    free: Free,
+) -> Adjusted:
+    """Solve everything that is free from a start near the answer."""
+    return _rounds(observed, target, near, reference, stops, free, reject=True)
+
+
+def _rounds(
+    observed: Observations,
+    target: Target,
+    at: Unknowns,
+    reference: int,
+    stops: StageStops | None,
+    free: Free,
+    *,
+    reject: bool,
+) -> Adjusted:
+    layout = lay_out(at.lenses, reference, free, stage=stops is not None)
+    problem = Problem(observed, target, layout, stops)
+    residual_px = linearise(observed, target, at).residual_px
+    scatter = measure_scatter(observed, residual_px, len(at.lenses))
+    for turn in range(_MOST_ROUNDS if reject else _MOST_COARSE_ROUNDS):
+        before = scatter
+        # Rejection waits until the scales have seen the fit once.
+        weight = point_weights(scatter, reject=reject and turn > 0)
+        at = settle(problem, at, weight, _STEPS_A_ROUND)
+        residual_px = linearise(observed, target, at).residual_px
+        scatter = measure_scatter(observed, residual_px, len(at.lenses))
+        change = np.abs(np.log(scatter.sigma_px / before.sigma_px)).max()
+        if turn > 0 and change < (_FINE if reject else _COARSE):
+            break
+    return Adjusted(problem, at, residual_px, scatter, point_weights(scatter, reject=reject))
+
+
+def fit_line(at: Unknowns, stops: StageStops) -> StageLine:
+    """Straight line through the boards of the stage, positions against shifts."""
+    away_mm = stops.position_mm - stops.middle_mm
+    shift = at.board_shift_mm[stops.picture]
+    design = np.stack([np.ones_like(away_mm), away_mm], axis=1)
+    (origin, along), *_ = np.linalg.lstsq(design, shift, rcond=None)
+    scale = float(np.sqrt(np.sum(along**2)))
+    middle = int(np.argmin(np.abs(away_mm)))
+    return StageLine(
+        rotation=at.board_rotation[stops.picture[middle]],
+        origin_mm=origin,
+        axis=along / scale,
+        scale=scale,
+        middle_mm=stops.middle_mm,
+    )

@@ -1,0 +1,59 @@
+"""How far points are from the epipolar lines of their partners."""
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.geometry.calibration.result import EpipolarError, Residuals
+from rig.geometry.calibration.rotations import cross_matrix
+from rig.geometry.rig_geometry import RigGeometry
+
+Float = NDArray[np.float64]
+
+
+def epipolar_error(geometry: RigGeometry, found: Sequence[Residuals]) -> EpipolarError:
+    """Measure all pairs of views on the points that both show, outliers left out.
+
+    Distances are in px of an undistorted picture of the second view's focal length, from each view
+    of a pair to the other.
+    """
+    by_picture: dict[int, list[Residuals]] = {}
+    for residuals in found:
+        by_picture.setdefault(residuals.picture, []).append(residuals)
+    distances = [
+        _distances(geometry, one, other)
+        for shown in by_picture.values()
+        for pair in combinations(shown, 2)
+        for one, other in (pair, pair[::-1])
+    ]
+    all_px = np.concatenate(distances) if distances else np.empty(0)
+    all_px = all_px[np.isfinite(all_px)]
+    if not all_px.size:
+        return EpipolarError(float("nan"), float("nan"), float("nan"))
+    return EpipolarError(
+        float(all_px.mean()), float(np.percentile(all_px, 95)), float(all_px.max())
+    )
+
+
+def _distances(geometry: RigGeometry, one: Residuals, other: Residuals) -> Float:
+    """(K,) px from the points of `other` to the lines that the points of `one` give there."""
+    ids, first, second = np.intersect1d(one.ids, other.ids, return_indices=True)
+    good = ~(one.outlier[first] | other.outlier[second])
+    if not (ids.size and good.any()):
+        return np.empty(0)
+    camera = geometry.cameras[other.view]
+    left = _rays(geometry, one, first[good])
+    right = _rays(geometry, other, second[good])
+    place = geometry.cam_from_reference[other.view] @ (
+        geometry.cam_from_reference[one.view].inverse()
+    )
+    lines = left @ (cross_matrix(place.translation_mm) @ place.rotation).T
+    apart = np.abs(np.sum(lines * right, axis=1)) / np.hypot(lines[:, 0], lines[:, 1])
+    return apart * (camera.fx_px + camera.fy_px) / 2
+
+
+def _rays(geometry: RigGeometry, seen: Residuals, rows: NDArray[np.intp]) -> Float:
+    xy = geometry.cameras[seen.view].unproject(seen.xy_px[rows])
+    return np.concatenate([xy, np.ones((len(xy), 1))], axis=1)

@@ -1,0 +1,97 @@
+"""How sure the shared unknowns are: covariance from the solve, scaled to what pictures show."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.errors import CalibrationError
+from rig.geometry.calibration.adjust import Adjusted
+from rig.geometry.calibration.linearise import linearise
+from rig.geometry.calibration.normal import Normal, Reduced, form, solve
+from rig.geometry.calibration.scatter import FREEDOM
+
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Uncertainty:
+    """Covariance of the P shared unknowns, in the order of the layout."""
+
+    covariance: Float
+    """(P, P), scaled."""
+    picture_information: Float
+    """(N, P, P) what each picture alone adds to the inverse of the unscaled covariance."""
+    scale: float
+    """Variances are so many times those of independent errors with the weights' own sigma."""
+    clustering: float
+    """Variance of a picture's pull on the unknowns over that of independent points: 1 where the
+    errors of one picture have nothing in common."""
+
+
+def measure_uncertainty(adjusted: Adjusted) -> Uncertainty:
+    """Invert the reduced normal equations and scale them by how pictures disagree.
+
+    Errors of the points of one picture share causes (blur, light, a board that is not quite as
+    modelled), so the points are fewer than they look. What each picture pulls at the solution,
+    g_i, is compared with what independent errors would pull: sum g_i' C g_i over
+    sum tr(C A_i - C A_i C A_i), the sandwich estimate of White ("A heteroskedasticity-consistent
+    covariance matrix estimator", Econometrica 48, 1980) with pictures as clusters, reduced to one
+    number because a few dozen pictures do not determine a matrix. It is never taken below that of
+    independent errors. Student's weights bend the curvature; that is divided out.
+
+    Raises:
+        CalibrationError: the sightings do not determine all unknowns.
+    """
+    problem = adjusted.problem
+    linear = linearise(problem.observed, problem.target, adjusted.at)
+    normal = form(
+        problem.observed, problem.target, adjusted.at, problem.layout,
+        linear, adjusted.weight, problem.stops,
+    )  # fmt: skip
+    reduced = normal.reduced()
+    inverse = solve(reduced.matrix, np.eye(problem.layout.count)) if reduced else None
+    if reduced is None or inverse is None:
+        raise CalibrationError(
+            f"{len(problem.observed.pictures)} pictures do not determine the "
+            f"{problem.layout.count} numbers of cameras, places and board; take more pictures, "
+            "tilted to all sides and at several distances"
+        )
+    information = picture_information(normal, reduced)
+    pull = normal.side - np.einsum("nip,ni->np", reduced.between, reduced.pull)
+    share = np.einsum("pq,nqr->npr", inverse, information)
+    seen = float(np.einsum("np,pq,nq->", pull, inverse, pull))
+    free = float(np.einsum("npp->", share) - np.einsum("npq,nqp->", share, share))
+    point = _independent_scale(adjusted)
+    clustering = seen / free / point if free > 0 else 1.0
+    scale = point * max(clustering, 1.0) / _curvature(adjusted) ** 2
+    return Uncertainty(_symmetric(inverse) * scale, information, scale, clustering)
+
+
+def picture_information(normal: Normal, reduced: Reduced) -> Float:
+    """(N, P, P) information of each picture about the shared unknowns, its pose eliminated."""
+    between = reduced.between
+    return normal.shared - np.einsum("nip,niq->npq", between, between)
+
+
+def _independent_scale(adjusted: Adjusted) -> float:
+    """Mean of weight^2 r^2 over mean of weight, per residual, freed of what the fit took."""
+    weight = adjusted.weight
+    used = weight > 0
+    square = np.sum(adjusted.residual_px[used] ** 2, axis=1) / 2.0
+    count = 2 * int(used.sum())
+    fitted = adjusted.problem.layout.count + 6 * len(adjusted.problem.observed.pictures)
+    spare = count / max(count - fitted, 1)
+    return float(np.sum(weight[used] ** 2 * square) / np.sum(weight[used])) * spare
+
+
+def _curvature(adjusted: Adjusted) -> float:
+    """Mean slope of the weighted residual over the mean weight, below 1 for Student's weights."""
+    used = adjusted.weight > 0
+    square = adjusted.scatter.distance[used] ** 2
+    weight = adjusted.weight[used]
+    return float(np.sum(weight * FREEDOM / (FREEDOM + square)) / np.sum(weight))
+
+
+def _symmetric(matrix: Float) -> Float:
+    return (matrix + matrix.T) / 2
