@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.devices import Camera, Clock, Stage, SystemClock
-from rig.errors import ConfigError
+from rig.errors import ConfigError, DeviceError
 from rig.profile import (
     FolderCameraConfig,
     OakCameraConfig,
@@ -45,6 +45,35 @@ def open_hardware(profile: Profile) -> Generator[Hardware]:
         stage = stack.enter_context(bench.stage(profile.stage))
         camera = stack.enter_context(bench.camera())
         yield Hardware(camera, stage, bench.clock)
+
+
+@dataclass(frozen=True, slots=True)
+class Answers:
+    """The devices of a rig that answered; those that did not say why."""
+
+    camera: Camera | DeviceError
+    stage: Stage | DeviceError | None
+    """None where the profile has no stage."""
+    clock: Clock
+
+
+@contextmanager
+def open_what_answers(profile: Profile) -> Generator[Answers]:
+    """Open what can be opened of a rig; close it whatever happens."""
+    with ExitStack() as stack:
+        bench = _Bench(profile, stack, uses_stage=profile.stage is not None)
+        stage: Stage | DeviceError | None = None
+        camera: Camera | DeviceError
+        if profile.stage is not None:
+            try:
+                stage = stack.enter_context(bench.stage(profile.stage))
+            except DeviceError as error:
+                stage = error
+        try:
+            camera = stack.enter_context(bench.camera())
+        except DeviceError as error:
+            camera = error
+        yield Answers(camera, stage, bench.clock)
 
 
 @contextmanager

@@ -8,6 +8,7 @@ import typer
 from rig import __version__
 from rig.cli import profile, sim
 from rig.cli.capture import capture
+from rig.cli.check import check
 from rig.cli.compare import compare
 from rig.cli.fit import fit
 from rig.cli.history import history
@@ -24,6 +25,7 @@ app = typer.Typer(
     rich_markup_mode=None,  # plain help wraps paragraphs, and starts twice as fast
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+app.command()(check)
 app.command()(sweep)
 app.command()(capture)
 app.command()(compare)

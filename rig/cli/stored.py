@@ -4,6 +4,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rig.errors import RigError
+
 if TYPE_CHECKING:
     from rig.curve import Curve
     from rig.profile import Profile
@@ -28,6 +30,14 @@ def find_curve(
         calibrated = stored_profile(store.sweep(stored.sweep_id))
     require_matching(profile, calibrated, stored.id)
     return stored.id, Curve.from_json(stored.curve)
+
+
+def curve_or_reason(profile: "Profile", database: str | None) -> "tuple[int, Curve] | RigError":
+    """Return the newest curve of the rig, or why there is none to use."""
+    try:
+        return find_curve(profile, None, database)
+    except RigError as error:
+        return error
 
 
 def new_folder(database: str | None, kind: str, rig: str) -> Path:

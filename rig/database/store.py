@@ -80,6 +80,15 @@ class Store(CalibrationShelf):
         """Let go of the database."""
         self._engine.dispose()
 
+    def require_writable(self) -> None:
+        """Begin a transaction that writes, and end it; nothing is changed.
+
+        Raises:
+            StoreError: the database takes nothing.
+        """
+        with self._writing("write") as session:
+            session.connection()
+
     def create_sweep(
         self,
         *,

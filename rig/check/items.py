@@ -1,0 +1,59 @@
+"""What a check says: one item per question, and all of them together."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+from rig.errors import RigError
+
+Status = Literal["pass", "warn", "fail", "skip"]
+"""`warn`: a sweep will run, and be worse for it. `skip`: not looked at; `found` says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """The answer to one question of the pre-flight."""
+
+    name: str
+    """Which question; stable, for programs."""
+    status: Status
+    found: str
+    """What was found, with numbers and units."""
+    advice: str = ""
+    """What to do; empty where nothing is to be done."""
+    numbers: Mapping[str, object] = field(default_factory=dict[str, object])
+    """The same numbers for programs: units in the keys, one level deeper by view name."""
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the item as the command line's JSON contract."""
+        return {
+            "item": self.name,
+            "status": self.status,
+            "found": self.found,
+            "advice": self.advice,
+            "numbers": dict(self.numbers),
+        }
+
+
+def failed(name: str, error: RigError) -> Item:
+    """Return the item of a question that an error answers: what was found, and its advice."""
+    found, _, advice = str(error).rpartition("; ")
+    return Item(name, "fail", found or advice, advice if found else "")
+
+
+def worst(statuses: Sequence[Status]) -> Status:
+    """Return the status that all of these together have."""
+    order: tuple[Status, ...] = ("fail", "warn", "pass", "skip")
+    for status in order:
+        if status in statuses:
+            return status
+    return "skip"
+
+
+def graded(found: float, *, warn_above: float, fail_above: float) -> Status:
+    """Return the status of a value that should be small; NaN fails."""
+    if found <= warn_above:
+        return "pass"
+    if found <= fail_above:
+        return "warn"
+    return "fail"

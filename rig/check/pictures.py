@@ -1,0 +1,162 @@
+"""Judgement of the pictures: board, focus, exposure, noise, and how alike the views are."""
+
+import statistics
+from collections.abc import Sequence
+from functools import partial
+
+from rig.check.items import Item, Status, graded, worst
+from rig.check.stills import Sighting, ViewStills
+from rig.geometry.corners import Corners
+
+SOFT_PX, BLURRED_PX = 1.5, 3.0
+"""Blur of an edge (sigma, pixel area included). A lens in focus gives 0.5-1 px; the sigma of a
+slope grows with the root of it, and past 3 px squares at the far end run together."""
+UNEVEN_FOCUS = 1.5
+"""Blur of a view over the median of all, above which one lens is out of focus."""
+CLIPPED, BURNT = 0.005, 0.05
+"""Share of saturated pixels on the board: edges of burnt squares are displaced."""
+DIM, DARK = 0.25, 0.12
+"""White of the board as a share of full scale."""
+UNEQUAL_CONTRAST, UNLIKE_CONTRAST = 1.25, 2.0
+"""Contrast of the board between two views."""
+NOISY, DROWNED = 0.03, 0.1
+"""Noise of the board's white over its contrast."""
+UNLINEAR = 0.6
+"""Straightness of the photon transfer line below which noise does not come from light alone."""
+FLICKER = 0.03
+"""Change of the mean brightness between pictures of a scene at rest."""
+
+
+def judge_board(sightings: Sequence[tuple[str, Sighting]], where: str) -> Item:
+    """Say which views see the board, and why the others do not."""
+    missing = [(view, s) for view, s in sightings if not isinstance(s, Corners)]
+    if not missing:
+        return Item("board", "pass", f"found in all {len(sightings)} views {where}")
+    reasons = sorted({reason.reason for _, reason in missing})
+    return Item(
+        "board",
+        "fail",
+        f"not found in {len(missing)} of {len(sightings)} views {where} ({', '.join(reasons)}): "
+        + "; ".join(f"{view}: {str(reason).rpartition('; ')[0]}" for view, reason in missing),
+        "; ".join(dict.fromkeys(str(reason).rpartition("; ")[2] for _, reason in missing)),
+    )
+
+
+def judge_focus(views: Sequence[ViewStills]) -> Item:
+    """Judge the sharpness of the board's edges."""
+    blur_px = {v.view: v.board.blur_px for v in views if isinstance(v.board, Corners)}
+    if not blur_px:
+        return _without_board("focus")
+    median_px = statistics.median(blur_px.values())
+    status = worst([graded(b, warn_above=SOFT_PX, fail_above=BLURRED_PX) for b in blur_px.values()])
+    soft = [view for view, b in blur_px.items() if b > SOFT_PX or b > UNEVEN_FOCUS * median_px]
+    if soft and status == "pass":
+        status = "warn"
+    return Item(
+        "focus",
+        status,
+        f"edges blurred by {_by_view(blur_px, '{:.2f}')} px (sigma)",
+        f"focus {', '.join(soft)} on the middle of the travel and lock the lens" if soft else "",
+        {"blur_px": blur_px},
+    )
+
+
+def judge_exposure(views: Sequence[ViewStills]) -> Item:
+    """Judge clipping at both ends of the scale, where the board is."""
+    statuses: list[Status] = []
+    found: list[str] = []
+    advice: list[str] = []
+    for view in views:
+        exposed = view.exposed
+        white, black = (exposed.white / exposed.full_scale, exposed.black / exposed.full_scale)
+        bright = graded(exposed.saturated_share, warn_above=CLIPPED, fail_above=BURNT)
+        dim = graded(-white, warn_above=-DIM, fail_above=-DARK)
+        empty = graded(exposed.empty_share, warn_above=CLIPPED, fail_above=1.0)
+        statuses.extend((bright, dim, empty))
+        text = f"{view.view} {black:.0%}-{white:.0%}"
+        if bright != "pass":
+            text += f" with {exposed.saturated_share:.1%} saturated"
+            advice.append(f"{view.view}: shorten the exposure, lower the gain, or dim the light")
+        if dim != "pass":
+            advice.append(f"{view.view}: lengthen the exposure or add light")
+        elif empty != "pass":
+            text += f" with {exposed.empty_share:.1%} at zero"
+            advice.append(f"{view.view}: raise the black level, or add light to the dark squares")
+        found.append(text)
+    return Item(
+        "exposure",
+        worst(statuses),
+        f"black to white, of full scale: {', '.join(found)}",
+        "; ".join(advice),
+        {"saturated_share": {v.view: v.exposed.saturated_share for v in views}},
+    )
+
+
+def judge_noise(views: Sequence[ViewStills]) -> Item:
+    """Judge the noise on the board, and whether it is that of light."""
+    statuses: list[Status] = []
+    found: list[str] = []
+    advice: list[str] = []
+    for view in views:
+        noise, exposed = view.noise, view.exposed
+        if noise is None:
+            found.append(f"{view.view}: too little light and shade to tell")
+            statuses.append("warn")
+            continue
+        sigma = noise.sigma_levels(exposed.white)
+        contrast = max(exposed.white - exposed.black, 1e-9)
+        statuses.append(graded(sigma / contrast, warn_above=NOISY, fail_above=DROWNED))
+        is_light = noise.electrons_per_level > 0.0 and noise.straightness >= UNLINEAR
+        text = f"{view.view} {sigma:.1f} levels on white"
+        if is_light:
+            text += (
+                f" ({noise.electrons_per_level:.1f} e/level, "
+                f"read {noise.read_noise_levels:.2f} levels)"
+            )
+        else:
+            statuses.append("warn")
+            text += " (not in proportion to light)"
+            advice.append(
+                f"{view.view}: noise does not grow with light as photons do: switch compression "
+                "(MJPG), denoising and automatic gain off"
+            )
+        if sigma / contrast > NOISY:
+            advice.append(f"{view.view}: add light, or lower the gain and expose longer")
+        found.append(text)
+    if all(view.noise is None for view in views):
+        advice.append("put the board in view and light it")
+    numbers = {
+        "electrons_per_level": {v.view: v.noise.electrons_per_level for v in views if v.noise},
+        "read_noise_levels": {v.view: v.noise.read_noise_levels for v in views if v.noise},
+    }
+    return Item("noise", worst(statuses), ", ".join(found), "; ".join(advice), numbers)
+
+
+def judge_likeness(views: Sequence[ViewStills]) -> Item:
+    """Judge gain and offset of the views against the first that sees the board."""
+    seeing = [v for v in views if isinstance(v.board, Corners)]
+    if len(seeing) < 2:
+        return _without_board("likeness")
+    contrast = {v.view: v.exposed.white - v.exposed.black for v in seeing}
+    median = statistics.median(contrast.values())
+    full_scale = seeing[0].exposed.full_scale
+    gains = {view: value / median for view, value in contrast.items()}
+    offsets = {v.view: (v.exposed.black - seeing[0].exposed.black) / full_scale for v in seeing}
+    grade = partial(graded, warn_above=UNEQUAL_CONTRAST, fail_above=UNLIKE_CONTRAST)
+    odd = [view for view, gain in gains.items() if grade(max(gain, 1.0 / gain)) != "pass"]
+    return Item(
+        "likeness",
+        worst([grade(max(gain, 1.0 / gain)) for gain in gains.values()]),
+        f"contrast over its median: {_by_view(gains, '{:.2f}')}; "
+        f"black against {seeing[0].view}: {_by_view(offsets, '{:+.1%}')}",
+        f"give {', '.join(odd)} the exposure, gain and aperture of the others" if odd else "",
+        {"contrast_ratio": gains, "black_difference": offsets},
+    )
+
+
+def _without_board(name: str) -> Item:
+    return Item(name, "skip", "needs the board in the picture")
+
+
+def _by_view(values: dict[str, float], form: str) -> str:
+    return ", ".join(f"{view} {form.format(value)}" for view, value in values.items())

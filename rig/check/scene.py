@@ -1,0 +1,49 @@
+"""Judgement of repeated pictures of one scene: everything that needs no motion."""
+
+from collections.abc import Iterator, Sequence
+
+from rig.check.items import Item
+from rig.check.locks import judge_locks
+from rig.check.pictures import (
+    judge_board,
+    judge_exposure,
+    judge_focus,
+    judge_likeness,
+    judge_noise,
+)
+from rig.check.stills import measure_stills
+from rig.check.timing import judge_settling
+from rig.frames import MultiView
+from rig.geometry.board import Board
+from rig.profile import Profile
+
+
+def judge_scene(
+    profile: Profile, taken: Sequence[MultiView], *, at_mm: float | None
+) -> Iterator[Item]:
+    """Yield what repeated pictures of one scene tell.
+
+    Args:
+        profile: the rig.
+        taken: multi-views of a scene at rest.
+        at_mm: where the stage carried the board before them; None where it was left alone.
+    """
+    target = profile.target
+    board = None if target is None else Board(target.columns, target.rows, target.square_mm)
+    samples = 5 if profile.sweep is None else profile.sweep.samples
+    views = measure_stills(taken, board, samples=samples)
+    where = "where it stands" if at_mm is None else f"at {at_mm:.1f} mm"
+    if board is None:
+        yield Item("board", "skip", "the profile has no [target]")
+    else:
+        yield judge_board([(view.view, view.board) for view in views], where)
+    yield judge_focus(views)
+    yield judge_exposure(views)
+    yield judge_locks(profile.camera, views)
+    if len(taken) > 2:
+        yield judge_noise(views)
+    yield judge_likeness(views)
+    if at_mm is not None and profile.sweep is not None:
+        yield judge_settling(
+            views, settle_s=profile.sweep.settle_s, allowed_px=profile.sweep.max_motion_px
+        )

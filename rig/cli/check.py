@@ -1,0 +1,82 @@
+"""`rig check`: the pre-flight of a rig."""
+
+import shutil
+import textwrap
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
+from rig.cli.output import show, show_json, tell
+
+if TYPE_CHECKING:
+    from rig.check.items import Item
+
+_NAME_WIDTH = 14
+_MARK = {"pass": "pass", "warn": "WARN", "fail": "FAIL", "skip": "skip"}
+
+
+def check(
+    profile_name: ProfileName,
+    *,
+    no_move: Annotated[
+        bool, typer.Option("--no-move", help="Leave the stage where it is; some items are skipped.")
+    ] = False,
+    overrides: Overrides = None,
+    database: DatabaseUrl = None,
+    as_json: AsJson = False,
+) -> None:
+    """Look at everything that a sweep needs, before it begins.
+
+    Prints pass, warn or fail for every item, with what was found and what to do. The stage is homed
+    and moved, unless --no-move or the profile forbids it. Exit code 3 says that an item fails.
+    """
+    from rig.check.items import worst
+    from rig.check.run import CheckRequest, check_rig
+    from rig.cli.stored import curve_or_reason
+    from rig.hardware import open_what_answers
+    from rig.interrupts import Interrupts
+    from rig.profile.load import load_profile
+
+    profile = load_profile(profile_name, overrides or ())
+    curve = curve_or_reason(profile, database)
+    request = CheckRequest(profile, database, moves=not no_move, curve=curve)
+    items: list[Item] = []
+    with Interrupts(), open_what_answers(profile) as answers:
+        for item in check_rig(request, answers):
+            items.append(item)
+            if not as_json:
+                _show(item)
+    verdict = worst([item.status for item in items])
+    counts = {s: sum(item.status == s for item in items) for s in ("pass", "warn", "fail", "skip")}
+    if as_json:
+        show_json(
+            {
+                "profile": profile.name,
+                "verdict": verdict,
+                "counts": counts,
+                "items": [item.as_dict() for item in items],
+            }
+        )
+    else:
+        show()
+        show(", ".join(f"{count} {status}" for status, count in counts.items()))
+    if verdict == "fail":
+        names = ", ".join(item.name for item in items if item.status == "fail")
+        tell(f"rig: {profile.name} is not ready to sweep: {names}")
+        raise typer.Exit(3)
+
+
+def _show(item: "Item") -> None:
+    width = max(60, shutil.get_terminal_size((110, 24)).columns)
+    head = f"{_MARK[item.status]}  {item.name:<{_NAME_WIDTH}} "
+    indent = " " * len(head)
+    for line in textwrap.wrap(item.found, width, initial_indent=head, subsequent_indent=indent):
+        show(line)
+    for line in textwrap.wrap(
+        f"-> {item.advice}" if item.advice else "",
+        width,
+        initial_indent=indent,
+        subsequent_indent=indent + "   ",
+    ):
+        show(line)
