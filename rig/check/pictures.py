@@ -6,6 +6,7 @@ from functools import partial
 
 from rig.check.items import Item, Status, graded, worst
 from rig.check.stills import Sighting, ViewStills
+from rig.errors import TargetError
 from rig.geometry.corners import Corners
 
 SOFT_PX, BLURRED_PX = 1.5, 3.0
@@ -23,8 +24,6 @@ NOISY, DROWNED = 0.03, 0.1
 """Noise of the board's white over its contrast."""
 UNLINEAR = 0.6
 """Straightness of the photon transfer line below which noise does not come from light alone."""
-FLICKER = 0.03
-"""Change of the mean brightness between pictures of a scene at rest."""
 
 
 def judge_board(sightings: Sequence[tuple[str, Sighting]], where: str) -> Item:
@@ -32,19 +31,31 @@ def judge_board(sightings: Sequence[tuple[str, Sighting]], where: str) -> Item:
     missing = [(view, s) for view, s in sightings if not isinstance(s, Corners)]
     if not missing:
         return Item("board", "pass", f"found in all {len(sightings)} views {where}")
-    reasons = sorted({reason.reason for _, reason in missing})
+    told: dict[str, list[str]] = {}
+    for view, reason in missing:
+        told.setdefault(str(reason).rpartition("; ")[0], []).append(view)
     return Item(
         "board",
         "fail",
-        f"not found in {len(missing)} of {len(sightings)} views {where} ({', '.join(reasons)}): "
-        + "; ".join(f"{view}: {str(reason).rpartition('; ')[0]}" for view, reason in missing),
+        f"not found in {len(missing)} of {len(sightings)} views {where}: "
+        + "; ".join(f"{', '.join(views)}: {text}" for text, views in told.items()),
         "; ".join(dict.fromkeys(str(reason).rpartition("; ")[2] for _, reason in missing)),
+        {"reason": {view: reason.reason for view, reason in missing}},
     )
 
 
 def judge_focus(views: Sequence[ViewStills]) -> Item:
     """Judge the sharpness of the board's edges."""
     blur_px = {v.view: v.board.blur_px for v in views if isinstance(v.board, Corners)}
+    refused = [v.view for v in views if _is_blurred(v.board)]
+    if refused:
+        return Item(
+            "focus",
+            "fail",
+            f"edges of the board too blurred to measure in {', '.join(refused)}",
+            f"focus {', '.join(refused)} on the middle of the travel and lock the lens",
+            {"blur_px": blur_px},
+        )
     if not blur_px:
         return _without_board("focus")
     median_px = statistics.median(blur_px.values())
@@ -100,7 +111,7 @@ def judge_noise(views: Sequence[ViewStills]) -> Item:
     for view in views:
         noise, exposed = view.noise, view.exposed
         if noise is None:
-            found.append(f"{view.view}: too little light and shade to tell")
+            found.append(f"{view.view}: no even areas of different brightness to tell it from")
             statuses.append("warn")
             continue
         sigma = noise.sigma_levels(exposed.white)
@@ -124,7 +135,7 @@ def judge_noise(views: Sequence[ViewStills]) -> Item:
             advice.append(f"{view.view}: add light, or lower the gain and expose longer")
         found.append(text)
     if all(view.noise is None for view in views):
-        advice.append("put the board in view and light it")
+        advice.append("put the board in view, in focus and in light")
     numbers = {
         "electrons_per_level": {v.view: v.noise.electrons_per_level for v in views if v.noise},
         "read_noise_levels": {v.view: v.noise.read_noise_levels for v in views if v.noise},
@@ -152,6 +163,10 @@ def judge_likeness(views: Sequence[ViewStills]) -> Item:
         f"give {', '.join(odd)} the exposure, gain and aperture of the others" if odd else "",
         {"contrast_ratio": gains, "black_difference": offsets},
     )
+
+
+def _is_blurred(sighting: Sighting) -> bool:
+    return isinstance(sighting, TargetError) and sighting.reason == "blurred"
 
 
 def _without_board(name: str) -> Item:

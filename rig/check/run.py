@@ -1,6 +1,6 @@
 """One check from devices to items: what is measured, in which order, and what depends on what."""
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -43,7 +43,7 @@ class CheckRequest:
     """Compares a picture with the stored geometric calibration; None where there is none."""
 
 
-def check_rig(request: CheckRequest, answers: Answers) -> Iterator[Item]:
+def check_rig(request: CheckRequest, answers: Answers) -> Generator[Item]:
     """Yield the answer to every question of the pre-flight as soon as it is known.
 
     Faults of devices become items and never end the check. Whatever ends it early leaves the stage
@@ -147,7 +147,10 @@ def _over_time(profile: Profile, camera: Camera, clock: Clock, stills: Stills) -
     try:
         stream = take_stream(camera, clock)
     except DeviceError as error:
-        yield failed("rate", error)
+        if stills.failure is None:
+            yield failed("rate", error)
+        else:
+            yield Item("rate", "skip", "no multi-views whose views are in step")
         return
     if stills.failure is None:
         skews_s = [multiview.skew_s for multiview in stills.multiviews]
@@ -191,4 +194,4 @@ def _geometry(request: CheckRequest, taken: MultiView) -> Item:
 
 
 def _identity(device: Camera | Stage) -> str:
-    return ", ".join(str(value) for value in device.identity.values() if value)
+    return ", ".join(f"{key} {value}" for key, value in device.identity.items() if value)

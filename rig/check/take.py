@@ -9,7 +9,7 @@ from rig.check.timing import Streamed, streamed
 from rig.devices import Camera, Clock, Stage
 from rig.epipolar.board_fit import fit_board_slope
 from rig.epipolar.board_slope import BoardSlope
-from rig.errors import DeviceError, SlopeError, TargetError
+from rig.errors import DeviceError, SlopeError, TargetError, ViewSkewError
 from rig.frames import MultiView
 from rig.geometry.board import Board
 from rig.profile import Profile, SweepConfig
@@ -25,7 +25,7 @@ class Stills:
 
     multiviews: tuple[MultiView, ...]
     failure: DeviceError | None
-    """What ended them early."""
+    """What ended them early, or a skew that came among them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,14 +89,20 @@ def see(profile: Profile, board: Board, multiview: MultiView, reached_mm: float)
 
 
 def take_stills(camera: Camera, count: int, timeout_s: float) -> Stills:
-    """Grab the same scene again and again."""
+    """Grab the same scene again and again; now and then a skewed multi-view may be among them."""
     multiviews: list[MultiView] = []
-    try:
-        for _ in range(count):
-            multiviews.append(camera.grab(timeout_s))  # noqa: PERF401 - keeps what came before
-    except DeviceError as error:
-        return Stills(tuple(multiviews), error)
-    return Stills(tuple(multiviews), None)
+    failure: DeviceError | None = None
+    for _ in range(count):
+        try:
+            multiviews.append(camera.grab(timeout_s))
+        except ViewSkewError as error:
+            failure = error
+            if not multiviews:
+                break
+        except DeviceError as error:
+            failure = error
+            break
+    return Stills(tuple(multiviews), failure)
 
 
 def take_stream(camera: Camera, clock: Clock) -> Streamed:

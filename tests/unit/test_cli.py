@@ -10,7 +10,17 @@ from tests.support.command import Command
 def test_help_names_every_verb(rig: Command):
     answer = rig("--help")
     assert answer.code == 0
-    for verb in ("sweep", "capture", "compare", "fit", "report", "history", "profile", "sim"):
+    for verb in (
+        "check",
+        "sweep",
+        "capture",
+        "compare",
+        "fit",
+        "report",
+        "history",
+        "profile",
+        "sim",
+    ):
         assert verb in answer.out
 
 

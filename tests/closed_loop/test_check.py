@@ -1,0 +1,297 @@
+"""The pre-flight of the simulated rig, whole and with one fault at a time."""
+
+import signal
+import subprocess
+import sys
+from collections.abc import Generator
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from drivers.grbl import grbl_stage
+from rig.check.items import Item
+from rig.check.run import CheckRequest, check_rig
+from rig.curve import Curve, fit_curve
+from rig.devices import Stage
+from rig.errors import DeviceError, RigError, StoreError
+from rig.frames import MultiView
+from rig.hardware import Answers
+from rig.profile import Profile, SimCameraConfig
+from rig.profile.load import load_profile
+from sim.camera import SimCamera
+from sim.carriage import Carriage
+from sim.clock import VirtualClock
+from sim.faults import CameraFault, FaultyCamera, LateViews, LostViews, UnpluggedCamera
+from sim.firmware.grbl import GrblFirmware
+from sim.wire import plug
+from sim.world import World
+from tests.support.command import Command
+from tests.support.curve_points import exact_sweep
+from tests.support.small_sim import SMALL_SIM, as_options
+
+NO_CURVE = StoreError("no curve of this rig; make one with rig sweep")
+
+
+SWINGING = ("world.carriage.ring_mm=6.0", "world.carriage.ring_decay_s=0.5")
+LOOSE = ("world.carriage.backlash_mm=2.0",)
+
+
+@contextmanager
+def bench(
+    profile: Profile, *, seen: Profile | None = None, fault: CameraFault | None = None
+) -> Generator[Answers]:
+    """Open the simulated rig; the world may be one that the profile does not describe."""
+    world_profile = seen or profile
+    assert world_profile.world is not None
+    assert isinstance(profile.camera, SimCameraConfig)
+    assert profile.stage is not None
+    clock = VirtualClock()
+    carriage = Carriage(world_profile.world.carriage, clock)
+    firmware = GrblFirmware(world_profile.world.firmware, carriage, clock)
+    world = World(world_profile, clock=clock, carriage=carriage, scene="board")
+    limits = {"max_skew_s": profile.camera.max_skew_s, "timeout_s": profile.camera.timeout_s}
+    with ExitStack() as stack:
+        stack.enter_context(plug(profile.stage.port, firmware))
+        stage = stack.enter_context(grbl_stage(profile.stage, clock))
+        camera = SimCamera(profile.camera, world)
+        faulty = camera if fault is None else FaultyCamera(camera, fault, clock=clock, **limits)
+        yield Answers(stack.enter_context(faulty), stage, clock)
+
+
+def check(
+    *overrides: str,
+    world: tuple[str, ...] = (),
+    fault: CameraFault | None = None,
+    moves: bool = True,
+    curve: tuple[int, Curve] | RigError = NO_CURVE,
+    database: str,
+) -> dict[str, Item]:
+    profile = load_profile("sim", (*SMALL_SIM, *overrides))
+    seen = load_profile("sim", (*SMALL_SIM, *overrides, *world))
+    request = CheckRequest(profile, database, moves=moves, curve=curve)
+    with bench(profile, seen=seen, fault=fault) as answers:
+        return {item.name: item for item in check_rig(request, answers)}
+
+
+@pytest.fixture
+def database(tmp_path: Path) -> str:
+    return f"sqlite:///{tmp_path}/rig.sqlite"
+
+
+def true_curve() -> Curve:
+    """The law of the small simulated rig in closed form: 305 px, 40 mm pitch, focus at 700 mm."""
+    return fit_curve(exact_sweep(lambda z_mm: 305.0 * 40.0 * (1.0 / z_mm - 1.0 / 700.0))).best
+
+
+@pytest.mark.parametrize(
+    ("fault", "item", "found", "advice"),
+    [
+        (LostViews(("left",)), "camera", "nothing came from left", "cable and power"),
+        (UnpluggedCamera(after=3), "camera", "stopped answering", "cable and power"),
+        (LateViews(("top",), late_s=0.02), "skew", "20.00 ms apart", "hardware sync"),
+    ],
+    ids=lambda value: type(value).__name__ if not isinstance(value, str) else value,
+)
+def test_a_camera_that_fails_is_told_and_the_check_goes_on(
+    database: str, fault: CameraFault, item: str, found: str, advice: str
+):
+    items = check(fault=fault, moves=False, database=database)
+    assert items[item].status == "fail"
+    assert found in items[item].found
+    assert advice in items[item].advice
+    assert items["stage"].status == "pass"
+    assert items["database"].status == "pass"
+
+
+def test_views_a_little_late_are_a_warning(database: str):
+    late = LateViews(("top",), late_s=0.004)
+    skew = check(fault=late, moves=False, database=database)["skew"]
+    assert skew.status == "warn"
+    assert skew.numbers["p95_ms"] == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(
+    ("world", "item", "found", "advice"),
+    [
+        ("world.view_errors.left.gain=0.08", "exposure", "left 2%-8%", "left: lengthen"),
+        ("world.view_errors.left.gain=1.6", "exposure", "saturated", "left: shorten"),
+        ("world.view_errors.left.gain=6.0", "board", "left: 9 x 6 board", "dim the light"),
+        ("world.optics.blur_px=2.2", "focus", "too blurred", "focus centre, left"),
+        ("target.columns=8", "board", "found one of 8 x 6", "columns and rows to 8 x 6"),
+        ("world.board_offset_mm=[400.0, 0.0]", "board", "5 of 5 views", "move the board"),
+    ],
+)
+def test_a_picture_that_is_not_good_enough_is_told(
+    database: str, world: str, item: str, found: str, advice: str
+):
+    items = check(world=(world,), moves=False, database=database)
+    assert items[item].status == "fail"
+    assert found in items[item].found
+    assert advice in items[item].advice
+    assert items["camera"].status == items["rate"].status == "pass"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("overrides", "world", "item", "advice"),
+    [
+        ((), SWINGING, "settling", "sweep.settle_s"),
+        (("stage.approach_mm=0.0",), LOOSE, "repeatability", "play of"),
+        ((), ("world.board_offset_mm=[130.0, 0.0]",), "reach", "start at 479 mm"),
+    ],
+)
+def test_a_stage_or_board_that_is_not_good_enough_is_told(
+    database: str, overrides: tuple[str, ...], world: tuple[str, ...], item: str, advice: str
+):
+    items = check(*overrides, world=world, database=database)
+    assert items[item].status == "fail"
+    assert advice in items[item].advice
+    assert items["camera"].status == items["board"].status == "pass"
+
+
+def test_a_good_rig_passes_and_its_numbers_are_those_of_the_world(database: str):
+    items = check(curve=(7, true_curve()), database=database)
+    assert {item.name for item in items.values() if item.status == "fail"} == set()
+    assert items["reach"].status == "warn"  # squares of 6.4 px at the far end of the small picture
+    assert items["geometry"].status == "skip"
+    electrons = items["noise"].numbers["electrons_per_level"]
+    assert electrons == {view: pytest.approx(40.0, rel=0.04) for view in items_views(electrons)}
+    assert items["rate"].numbers["reached_hz"] == pytest.approx(30.0, rel=1e-3)
+    play_mm = items["repeatability"].numbers["play_mm"]
+    assert play_mm == pytest.approx(0.0, abs=0.1)
+    assert items["curve"].status == "pass"
+    assert items["curve"].numbers["error_mm"] == pytest.approx(0.0, abs=0.4)
+
+
+def items_views(values: object) -> list[str]:
+    assert isinstance(values, dict)
+    assert len(values) == 5
+    return list(values)
+
+
+@pytest.mark.slow
+def test_a_plan_beyond_the_travel_fails_and_the_rest_is_checked_within_it(database: str):
+    items = check("stage.travel_mm=[500.0, 900.0]", database=database)
+    assert items["travel"].status == "fail"
+    assert "travel from 500.0 to 900.0 mm" in items["travel"].found
+    assert "500, 700, 900 mm" in items["reach"].found
+    assert items["repeatability"].status == "pass"
+
+
+@pytest.mark.slow
+def test_a_rig_that_moved_since_its_sweep_is_told(database: str):
+    moved = ("world.carriage.board_at_machine_zero_mm=1213",)
+    curve = check(world=moved, curve=(7, true_curve()), database=database)["curve"]
+    assert curve.status == "fail"
+    assert "curve 7" in curve.found
+    assert curve.numbers["error_mm"] == pytest.approx(10.0, abs=1.0)
+    assert "sweep again" in curve.advice
+
+
+def test_a_stage_that_never_answers_leaves_the_camera_to_be_checked(rig: Command):
+    answer = rig("check", "sim", *as_options(), "--set", "stage.port=/dev/does-not-exist", "--json")
+    assert answer.code == 3
+    items = {item["item"]: item for item in answer.json["items"]}
+    assert items["stage"]["status"] == "fail"
+    assert "/dev/does-not-exist" in items["stage"]["found"]
+    assert items["camera"]["status"] == "pass"
+    assert "not ready to sweep" in answer.err
+
+
+def test_no_move_leaves_the_stage_alone(database: str):
+    items = check(moves=False, database=database)
+    assert {name for name, item in items.items() if item.status == "skip"} == {
+        "settling", "curve", "reach", "repeatability", "geometry",
+    }  # fmt: skip
+    assert "left alone" in items["stage"].found
+    assert "home" in items["reach"].found
+
+
+def test_a_profile_that_forbids_to_move_is_kept(database: str):
+    items = check("stage.may_move=false", database=database)
+    assert items["stage"].status == "warn"
+    assert items["repeatability"].status == "skip"
+
+
+def test_a_geometry_that_drifted_is_asked_with_one_picture(database: str):
+    profile = load_profile("sim", SMALL_SIM)
+    asked: list[MultiView] = []
+
+    def drift(multiview: MultiView) -> Item:
+        asked.append(multiview)
+        return Item("geometry", "fail", "chi2 of 9.1 per degree of freedom", "calibrate again")
+
+    request = CheckRequest(profile, database, moves=False, curve=NO_CURVE, geometry_drift=drift)
+    with bench(profile) as answers:
+        items = list(check_rig(request, answers))
+    assert len(asked) == 1
+    assert items[-1].status == "fail"
+
+
+def test_whatever_ends_a_check_early_leaves_the_stage_stopped(database: str):
+    profile = load_profile("sim", SMALL_SIM)
+    request = CheckRequest(profile, database, moves=True, curve=NO_CURVE)
+    with bench(profile) as answers:
+        stage = Watched(answers.stage)
+        items = check_rig(request, replace(answers, stage=stage))
+        for item in items:
+            if item.name == "reach":
+                break
+        assert stage.stops == 0
+        with pytest.raises(KeyboardInterrupt):
+            items.throw(KeyboardInterrupt)
+        assert stage.stops == 1
+
+
+def test_the_verb_shows_a_table_and_what_to_do(rig: Command):
+    answer = rig("check", "sim", *as_options(), "--no-move", "--set", "views.left.x_steps=-0.93")
+    assert answer.code == 0
+    assert "WARN  arrangement" in answer.out
+    assert "-> shift one view" in answer.out
+    assert "1 warn, 0 fail" in answer.out
+
+
+def test_a_database_that_takes_nothing_is_told(rig: Command, tmp_path: Path):
+    (tmp_path / "file").write_text("")
+    answer = rig(
+        "check", "sim", *as_options(), "--no-move", "--db", f"sqlite:///{tmp_path}/file/rig.sqlite"
+    )
+    assert answer.code == 3
+    assert "FAIL  database" in answer.out
+
+
+@pytest.mark.slow
+def test_ctrl_c_stops_the_stage(rig: Command):
+    program = [sys.executable, "-c", "from rig.cli import main; main()"]
+    slow = ("--set", "world.clock=real", "--set", "stage.speed_mm_s=20")
+    with subprocess.Popen(
+        [*program, "check", "sim", *as_options(), *slow],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if "stage" in line.split()[:2]:
+                break
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+    assert process.returncode == 130
+
+
+class Watched:
+    """A stage that counts how often it is stopped."""
+
+    def __init__(self, stage: Stage | DeviceError | None) -> None:
+        assert not isinstance(stage, DeviceError | None)
+        self._stage = stage
+        self.stops = 0
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._stage, name)
+
+    def stop(self) -> None:
+        self.stops += 1
+        self._stage.stop()
