@@ -50,10 +50,10 @@ def worst(statuses: Sequence[Status]) -> Status:
     return "skip"
 
 
-def graded(found: float, *, warn_above: float, fail_above: float) -> Status:
+def graded(value: float, *, warn_above: float, fail_above: float) -> Status:
     """Return the status of a value that should be small; NaN fails."""
-    if found <= warn_above:
+    if value <= warn_above:
         return "pass"
-    if found <= fail_above:
+    if value <= fail_above:
         return "warn"
     return "fail"

@@ -29,6 +29,8 @@ RATIOS = {
 """Numbers without a dimension, or in the unit of the array beside them."""
 GREYS = {"grey_scale", "grey_gate", "truncation", "level", "picture", "grain", "fall"}
 """Grey levels and shares of grey."""
+LIMITS = {"warn_above", "fail_above"}
+"""In the unit of the value beside them."""
 FORBIDDEN_NAMES = {"utils", "helpers", "common", "manager", "base", "misc"}
 
 
@@ -63,7 +65,7 @@ def float_parameters(path: Path) -> Iterator[str]:
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_dimensioned_parameter_carries_its_unit(path: Path):
     bare = {name for name in float_parameters(path) if not UNITS.search(name)}
-    assert bare - RATIOS - GREYS == set()
+    assert bare - RATIOS - GREYS - LIMITS == set()
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
