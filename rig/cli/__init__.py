@@ -10,8 +10,10 @@ from rig.cli import profile, sim
 from rig.cli.capture import capture
 from rig.cli.check import check
 from rig.cli.compare import compare
+from rig.cli.export import export
 from rig.cli.fit import fit
 from rig.cli.history import history
+from rig.cli.import_calibration import import_calibration
 from rig.cli.report import report
 from rig.cli.sweep import sweep
 from rig.errors import RigError
@@ -32,6 +34,8 @@ app.command()(compare)
 app.command()(fit)
 app.command()(report)
 app.command()(history)
+app.command()(export)
+app.command("import")(import_calibration)
 app.add_typer(profile.app, name="profile")
 app.add_typer(sim.app, name="sim")
 

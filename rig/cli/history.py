@@ -1,15 +1,20 @@
-"""`rig history`: the sweeps in the database."""
+"""`rig history`: the sweeps and calibrations in the database."""
+
+from typing import TYPE_CHECKING
 
 from rig.cli.options import AsJson, DatabaseUrl
 from rig.cli.output import show, show_json, table
 
+if TYPE_CHECKING:
+    from rig.database import StoredCalibration
+
 
 def history(*, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
-    """List the sweeps in the database, oldest first."""
+    """List the sweeps and calibrations in the database, oldest first."""
     from rig.database import open_store
 
     with open_store(database) as store:
-        rows, where = store.sweeps(), store.database
+        rows, calibrations, where = store.sweeps(), store.calibrations(), store.database
     if as_json:
         show_json(
             {
@@ -28,10 +33,21 @@ def history(*, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
                     }
                     for row in rows
                 ],
+                "calibrations": [
+                    {
+                        "calibration": row.id,
+                        "rig": row.rig,
+                        "created_at": row.created_at.isoformat(),
+                        "active": row.active,
+                        "quality": row.quality,
+                    }
+                    for row in calibrations
+                ],
             }
         )
         return
     show(where)
+    _show_calibrations(calibrations)
     if not rows:
         show("no sweep yet; begin with: rig sweep PROFILE")
         return
@@ -51,3 +67,21 @@ def history(*, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
     header = ("sweep", "rig", "started", "state", "stops", "samples", "curve", "held-out rms %")
     for line in table(cells, header):
         show(line)
+
+
+def _show_calibrations(calibrations: "tuple[StoredCalibration, ...]") -> None:
+    if not calibrations:
+        return
+    cells = [
+        [
+            str(row.id),
+            row.rig,
+            row.created_at.astimezone().strftime("%Y-%m-%d %H:%M"),
+            "" if row.active else "not taken by itself",
+            f"from {row.quality['imported']}" if "imported" in row.quality else "",
+        ]
+        for row in calibrations
+    ]
+    for line in table(cells, ("calibration", "rig", "made", "state", "source")):
+        show(line)
+    show()

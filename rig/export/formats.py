@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rig.errors import ConfigError, FormatError, StoreError
-from rig.export import colmap, depthai, kalibr, mrcal, opencv
+from rig.export import colmap, depthai, kalibr, mrcal, opencv, ros
 from rig.export.agreement import aligned, largest_gap_px
 from rig.export.lens_change import Narrow, Refit, exact_lens, refit
 from rig.geometry.camera_model import CameraModel
@@ -34,6 +34,10 @@ class GeometryFormat:
 FORMATS: Mapping[str, GeometryFormat] = {
     entry.name: entry
     for entry in (
+        GeometryFormat(
+            "ros", "ROS camera_info", "", ("none", "brown5", "brown8", "fisheye"),
+            ros.write, ros.read,
+        ),
         GeometryFormat(
             "kalibr", "Kalibr camchain", "camchain.yaml", ("none", "brown4", "fisheye"),
             kalibr.write, kalibr.read,

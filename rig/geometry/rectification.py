@@ -14,7 +14,7 @@ of the reference view, counted from its principal point, the same point appears 
 exactly; for z = 0 this is the straight line p - m (x, y).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,13 +102,13 @@ class Rectification:
         """
         rays = np.ones((len(rectified_px), 3))
         rays[:, :2] = (np.asarray(rectified_px) - self._principal_px(view)) / self._focal_px(view)
-        return self.geometry.cameras[view].project(rays @ self._camera_from_common(view).T)
+        return self.geometry.cameras[view].project(rays @ self.camera_from_common(view).T)
 
     def rectified_px(self, view: int, raw_px: Float) -> Float:
         """Rectified pixels (N, 2) of pixels (N, 2) of a raw picture; NaN where there are none."""
         rays = np.ones((len(raw_px), 3))
         rays[:, :2] = self.geometry.cameras[view].unproject(np.asarray(raw_px, np.float64))
-        rays = rays @ self._camera_from_common(view)
+        rays = rays @ self.camera_from_common(view)
         ahead = rays[:, 2] > 0
         xy = rays[:, :2] / np.where(ahead, rays[:, 2], np.nan)[:, None]
         return xy * self._focal_px(view) + self._principal_px(view)
@@ -157,9 +157,16 @@ class Rectification:
         step = np.array([self.x_steps[view], self.y_steps[view]])
         return self.centre_px + self.infinity_px * step
 
-    def _camera_from_common(self, view: int) -> Float:
+    def camera_from_common(self, view: int) -> Float:
+        """(3, 3) rotation from the common frame into that of a raw camera."""
         rotation = self.geometry.cam_from_reference[view].rotation
         return rotation @ self.common_from_reference.T
+
+    def view_camera(self, view: int) -> CameraModel:
+        """Return the pinhole camera that a rectified view is."""
+        focal_px = self._focal_px(view)
+        cx_px, cy_px = self._principal_px(view).tolist()
+        return replace(self.camera, fx_px=focal_px, fy_px=focal_px, cx_px=cx_px, cy_px=cy_px)
 
 
 def rectify(geometry: RigGeometry, pitch_mm: float) -> Rectification:

@@ -10,6 +10,7 @@ from shutil import which
 import cv2
 import numpy as np
 import pytest
+import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -200,6 +201,48 @@ def test_opencv_reads_our_pair(tmp_path: Path) -> None:
     assert np.asarray(found).reshape(-1, 2) == pytest.approx(pair.project(1, points), abs=1e-9)
 
 
+def flat_geometry() -> RigGeometry:
+    """As `geometry_with`, but with all optical centres in one plane, as a projection matrix is."""
+    whole = geometry_with("brown5")
+    placed = tuple(
+        Pose(pose.rotation, -pose.rotation @ (pose.centre_mm * (1.0, 1.0, 0.0)))
+        for pose in whole.cam_from_reference
+    )
+    return RigGeometry(whole.names, 1, whole.cameras, placed)
+
+
+def test_ros_projection_matrices_are_those_of_rectified_pictures(tmp_path: Path) -> None:
+    """What a ROS node does: undistort, turn by R, project by P."""
+    geometry = flat_geometry()
+    export_geometry(geometry, FORMATS["ros"], tmp_path)
+    points = np.random.default_rng(2).uniform((-200, -150, 700), (200, 150, 900), (50, 3))
+    for view, name in enumerate(geometry.names):
+        info = yaml.safe_load((tmp_path / f"{name}.yaml").read_text())
+        turn, projection = (
+            np.array(info[key]["data"]).reshape(3, -1)
+            for key in ("rectification_matrix", "projection_matrix")
+        )
+        rectified = cv2.undistortPoints(
+            geometry.project(view, points), np.array(info["camera_matrix"]["data"]).reshape(3, 3),
+            np.array(info["distortion_coefficients"]["data"]), R=turn, P=projection,
+            criteria=(cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 200, 1e-12),
+        )  # fmt: skip
+        reference = yaml.safe_load((tmp_path / "centre.yaml").read_text())
+        common = np.array(reference["rectification_matrix"]["data"]).reshape(3, 3)
+        places = np.column_stack([points @ common.T / 1000.0, np.ones(len(points))])
+        homogeneous = places @ projection.T
+        expected = homogeneous[:, :2] / homogeneous[:, 2:]
+        assert np.asarray(rectified).reshape(-1, 2) == pytest.approx(expected, abs=1e-5)
+
+
+def test_ros_places_come_from_projections_where_there_are_no_transforms(tmp_path: Path) -> None:
+    flat = flat_geometry()
+    export_geometry(flat, FORMATS["ros"], tmp_path)
+    (tmp_path / "transforms.yaml").unlink()
+    back = aligned(FORMATS["ros"].read(tmp_path), flat.names, "centre")
+    assert largest_gap_px(flat, back) < 1e-6
+
+
 SHARED = Path(os.environ.get("RIG_SHARED_DATA", Path(__file__).parents[4] / "shared" / "data"))
 
 
@@ -219,13 +262,13 @@ def test_missing_files_are_a_clear_error(tmp_path: Path, name: str) -> None:
 
 
 def test_unknown_formats_are_named() -> None:
-    with pytest.raises(ConfigError, match="known are kalibr"):
+    with pytest.raises(ConfigError, match="known are ros"):
         format_named("xyz")
 
 
 FILES: dict[str, str] = {
-    "kalibr": "camchain.yaml", "opencv": "rig.yml", "depthai": "calibration.json",
-    "mrcal": "left.cameramodel", "colmap": "images.txt",
+    "ros": "left.yaml", "kalibr": "camchain.yaml", "opencv": "rig.yml",
+    "depthai": "calibration.json", "mrcal": "left.cameramodel", "colmap": "images.txt",
 }  # fmt: skip
 
 

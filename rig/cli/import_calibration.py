@@ -1,0 +1,85 @@
+"""`rig import`: another tool's calibration as that of a rig."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
+from rig.cli.output import show, show_json
+from rig.cli.pairs import pairs
+
+
+class ImportFormat(StrEnum):
+    """What can be read."""
+
+    ROS = "ros"
+    KALIBR = "kalibr"
+    OPENCV = "opencv"
+    DEPTHAI = "depthai"
+    MRCAL = "mrcal"
+    COLMAP = "colmap"
+
+
+def import_calibration(
+    profile_name: ProfileName,
+    path: Annotated[
+        Path,
+        typer.Argument(metavar="PATH", help="File, or folder for ros, opencv, mrcal, colmap."),
+    ],
+    *,
+    source: Annotated[
+        ImportFormat, typer.Option("--format", help="Whose format.", show_default=False)
+    ],
+    views: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--view",
+            metavar="CAMERA=VIEW",
+            help="Which view of the profile a camera of the file is; may be given again.",
+            show_default=False,
+        ),
+    ] = None,
+    overrides: Overrides = None,
+    database: DatabaseUrl = None,
+    as_json: AsJson = False,
+) -> None:
+    """Take another tool's calibration as that of this rig.
+
+    Sweeps and captures then rectify with it. It comes without a covariance: no depth error can be
+    told from it, and nothing of it is checked against pictures; `rig calibrate` does both.
+    """
+    from rig.database import open_store, software_versions
+    from rig.export.formats import format_named
+    from rig.export.geometry_import import match_views
+    from rig.geometry.rig_geometry_json import geometry_to_json
+    from rig.profile.load import load_profile
+
+    view_of = pairs("--view", views)
+    profile = load_profile(profile_name, overrides or ())
+    geometry = match_views(format_named(source.value).read(path), profile, view_of)
+    reference = geometry.cameras[geometry.reference]
+    with open_store(database) as store:
+        number = store.save_calibration(
+            rig=profile.name,
+            geometry=geometry_to_json(geometry),
+            quality={"imported": source.value, "from": str(path)},
+            profile=profile.model_dump(mode="json"),
+            versions=software_versions(),
+            devices={},
+            temperature_degc=None,
+            image_size_px=(reference.width_px, reference.height_px),
+        )
+    if as_json:
+        show_json({"calibration": number, "rig": profile.name, "views": list(geometry.names)})
+        return
+    show(f"calibration {number} of {profile.name}: {len(geometry.names)} views from {path}")
+    for name, camera, centre in zip(
+        geometry.names, geometry.cameras, geometry.centres_mm(), strict=True
+    ):
+        x, y, z = centre
+        show(
+            f"  {name}: f {camera.fx_px:.2f} px, lens {camera.lens}, at "
+            f"{x:+.2f}, {y:+.2f}, {z:+.2f} mm"
+        )

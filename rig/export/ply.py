@@ -1,0 +1,78 @@
+"""PLY point cloud of one depth map: binary, little-endian, in the reference camera's frame, mm.
+
+Each vertex has x, y, z and its 1-sigma of depth; pixels without an answer have no vertex. Format:
+G. Turk, "The PLY polygon file format", Stanford, 1994.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.depth.files import write_bytes
+from rig.errors import FormatError
+from rig.geometry.rectification import Rectification
+
+_VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("sigma_mm", "<f4")])
+
+
+def points_of(depth_mm: NDArray[np.float32], common: Rectification) -> NDArray[np.float64]:
+    """Points (H, W, 3) in the reference camera's frame, NaN where the depth is.
+
+    Args:
+        depth_mm: (H, W) along the reference camera's +z, at the pixels of the rectified view.
+        common: the rectification that the depth was measured in.
+
+    Raises:
+        FormatError: the map has another size than the rectified views.
+    """
+    if depth_mm.shape != common.shape:
+        height, width = common.shape
+        raise FormatError(
+            f"depth map of {depth_mm.shape[1]} x {depth_mm.shape[0]} px, the calibration is for "
+            f"{width} x {height} px; give the calibration that the capture was made with"
+        )
+    height, width = common.shape
+    x, y = np.meshgrid(np.arange(width, dtype=np.float64), np.arange(height, dtype=np.float64))
+    camera = common.camera
+    rays = np.stack(
+        [(x - camera.cx_px) / camera.fx_px, (y - camera.cy_px) / camera.fy_px, np.ones_like(x)],
+        axis=-1,
+    )
+    in_reference = rays @ common.common_from_reference
+    return in_reference * (depth_mm / in_reference[..., 2])[..., None]
+
+
+def write_ply(path: Path, points_mm: NDArray[np.float64], sigma_mm: NDArray[np.float32]) -> int:
+    """Write all points that are known; return how many.
+
+    Args:
+        path: where.
+        points_mm: (..., 3).
+        sigma_mm: (...) 1 sigma of the depth.
+
+    Raises:
+        FormatError: no point is known.
+        StoreError: the file cannot be written.
+    """
+    known = np.isfinite(points_mm).all(axis=-1)
+    count = int(known.sum())
+    if count == 0:
+        raise FormatError(f"{path}: the depth map has no answer at any pixel; nothing to write")
+    vertices = np.empty(count, _VERTEX)
+    for axis, name in enumerate("xyz"):
+        vertices[name] = points_mm[known][:, axis]
+    vertices["sigma_mm"] = sigma_mm[known]
+    header = "\n".join(
+        (
+            "ply",
+            "format binary_little_endian 1.0",
+            "comment x right, y down, z forward from the reference camera, mm",
+            f"element vertex {count}",
+            *(f"property float {name}" for name in _VERTEX.names or ()),
+            "end_header",
+            "",
+        )
+    )
+    write_bytes(path, header.encode() + vertices.tobytes())
+    return count

@@ -1,0 +1,138 @@
+"""`rig export` and `rig import` as a user calls them."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rig.depth import write_pfm
+from rig.export.samples import COLUMNS
+from tests.support.command import Command
+from tests.support.stores import sqlite_url
+from tests.support.sweeps import stored_sweep
+from tests.unit.export.test_formats import SHARED
+
+STEREO = SHARED / "checkerboard-stereo"
+
+
+@pytest.fixture
+def imported(rig: Command, tmp_path: Path) -> int:
+    """A calibration of the simulated rig's five views, as Kalibr would tell it."""
+    chain: list[str] = []
+    places = {"centre": (0, 0), "left": (42.4, 0), "right": (-79.6, 0), "top": (37.2, 38.0),
+              "bottom": (0.0, -81.2)}  # fmt: skip
+    for n, (name, (x, y)) in enumerate(places.items()):
+        chain += [
+            f"cam{n}:",
+            "  camera_model: pinhole",
+            "  intrinsics: [610.0, 611.0, 320.5, 201.0]",
+            "  distortion_model: radtan",
+            "  distortion_coeffs: [-0.06, 0.02, 0.0004, -0.0003]",
+            "  resolution: [640, 400]",
+            f"  rostopic: /{name}/image_raw",
+        ]
+        if n:
+            chain.append(
+                f"  T_cn_cnm1: [[1, 0, 0, {x / 1000}], [0, 1, 0, {y / 1000}], [0, 0, 1, 0], "
+                "[0, 0, 0, 1]]"
+            )
+    file = tmp_path / "camchain.yaml"
+    file.write_text("\n".join(chain))
+    answer = rig("import", "sim", file, "--format", "kalibr", "--json")
+    assert answer.code == 0, answer.err
+    return int(answer.json["calibration"])
+
+
+@pytest.mark.parametrize("name", ["ros", "kalibr", "opencv", "mrcal", "colmap"])
+def test_what_was_imported_can_be_exported_and_imported_again(
+    rig: Command, imported: int, tmp_path: Path, name: str
+) -> None:
+    out = tmp_path / name
+    answer = rig("export", imported, "--format", name, "--out", out, "--json")
+    assert answer.code == 0, answer.err
+    assert answer.json["gap_px"] < 1e-6
+    again = rig("import", "sim", answer.json["out"], "--format", name, "--json")
+    assert again.code == 0, again.err
+    assert again.json["calibration"] == imported + 1
+
+
+def test_depthai_needs_sockets(rig: Command, imported: int, tmp_path: Path) -> None:
+    refused = rig("export", imported, "--format", "depthai", "--out", tmp_path / "d")
+    assert refused.code == 1
+    assert "--socket centre=CAM_A" in refused.err
+    sockets = [
+        f"--socket={view}=CAM_{letter}"
+        for view, letter in zip(("centre", "left", "right", "top", "bottom"), "ABCDE", strict=True)
+    ]
+    answer = rig("export", imported, "--format", "depthai", "--out", tmp_path / "d", *sockets)
+    assert answer.code == 0, answer.err
+    assert (tmp_path / "d" / "calibration.json").exists()
+
+
+def test_a_depth_map_becomes_points(rig: Command, imported: int, tmp_path: Path) -> None:
+    trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed")
+    depth_mm = np.full((400, 640), 700.0, np.float32)
+    depth_mm[:200] = np.nan
+    write_pfm(tmp_path / "depth_00003.pfm", depth_mm)
+    write_pfm(tmp_path / "sigma_00003.pfm", np.full((400, 640), 0.7, np.float32))
+    out = tmp_path / "cloud.ply"
+    answer = rig(
+        "export", imported, "--format", "ply", "--capture", tmp_path, "--frame", 3, "--out", out,
+        "--json",
+    )  # fmt: skip
+    assert answer.code == 0, answer.err
+    assert answer.json["points"] == 200 * 640
+    cloud = trimesh.load(out, process=False)
+    points = np.asarray(cloud.vertices)
+    assert points[:, 2] == pytest.approx(700.0, abs=1e-3)
+    width_mm = 639 / 610.5 * 700.0
+    assert np.ptp(points[:, 0]) == pytest.approx(width_mm, rel=0.01)
+    assert points[:, 1].min() > -30.0
+
+
+def test_a_map_of_another_size_is_refused(rig: Command, imported: int, tmp_path: Path) -> None:
+    for kind in ("depth", "sigma"):
+        write_pfm(tmp_path / f"{kind}_00000.pfm", np.ones((10, 10), np.float32))
+    answer = rig("export", imported, "--format", "ply", "--capture", tmp_path)
+    assert answer.code == 1
+    assert "10 x 10 px" in answer.err
+
+
+@pytest.mark.skipif(not STEREO.is_dir(), reason=f"not in {SHARED}; set RIG_SHARED_DATA")
+def test_views_must_be_told_apart(rig: Command) -> None:
+    refused = rig("import", "sim", STEREO, "--format", "opencv")
+    assert refused.code == 1
+    assert "--view left=centre" in refused.err
+
+
+def test_mistakes_are_usage_errors(rig: Command) -> None:
+    for arguments in (
+        ("export", 1, "--format", "ply"),
+        ("export", 1, "--format", "ros", "--socket", "a=CAM_A"),
+        ("import", "sim", "x", "--format", "ros", "--view", "left"),
+        ("export", 1, "--format", "nothing"),
+    ):
+        assert rig(*arguments).code == 2
+    missing = rig("export", 7, "--format", "ros")
+    assert missing.code == 1
+    assert "calibration 7" in missing.err
+
+
+def test_the_samples_of_a_sweep_become_tables(rig: Command, tmp_path: Path) -> None:
+    store, result = stored_sweep(tmp_path)
+    sweep_id, stored = result.sweep_id, store.samples(result.sweep_id)
+    slopes = [m.slope_px for m in store.measurements(sweep_id).values()]
+    store.close()
+    database = ("--db", sqlite_url(tmp_path))
+    out = tmp_path / "sweep.csv"
+    assert rig("export", sweep_id, "--format", "csv", "--out", out, *database).code == 0
+    rows = list(csv.DictReader(out.read_text().splitlines()))
+    assert len(rows) == len(stored)
+    assert tuple(rows[0]) == COLUMNS
+    assert sorted(float(r["slope_px"]) for r in rows) == sorted(s for s in slopes if s is not None)
+    parquet = pytest.importorskip("pyarrow.parquet", reason="the extra `parquet` is missing")
+    out = tmp_path / "sweep.parquet"
+    assert rig("export", sweep_id, "--format", "parquet", "--out", out, *database).code == 0
+    table = parquet.read_table(out).to_pydict()
+    assert sorted(table["slope_px"]) == sorted(s for s in slopes if s is not None)
