@@ -22,6 +22,8 @@ RigError
 Messages say what was asked, what was found (with units) and what to do next.
 """
 
+from collections.abc import Mapping
+
 
 class RigError(Exception):
     """Base of every error that rig raises on purpose; the command line prints it as one line."""
@@ -48,12 +50,28 @@ class DeviceLostError(DeviceError):
 
 
 class CaptureTimeoutError(DeviceError, TimeoutError):
-    """Not every view arrived in time."""
+    """Not every view arrived in time.
 
-    def __init__(self, device: str, *, missing: tuple[str, ...], timeout_s: float) -> None:
+    Args:
+        device: the camera.
+        missing: views of which nothing usable came.
+        timeout_s: how long it waited.
+        unusable: what came and could not be used, by reason.
+    """
+
+    def __init__(
+        self,
+        device: str,
+        *,
+        missing: tuple[str, ...],
+        timeout_s: float,
+        unusable: Mapping[str, int] | None = None,
+    ) -> None:
+        came = ", ".join(f"{count} {reason}" for reason, count in (unusable or {}).items())
         super().__init__(
             device,
-            f"asked for all views within {timeout_s:.2f} s, nothing came from "
+            f"asked for all views within {timeout_s:.2f} s, nothing "
+            f"{f'usable ({came}) ' if came else ''}came from "
             f"{', '.join(missing)}; check cable and power of these views, "
             "or raise camera.timeout_s",
         )

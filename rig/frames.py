@@ -20,14 +20,29 @@ class Frame:
     timestamp_s: float
     """Middle of the exposure on the clock of the camera's host, s."""
     sequence: int
-    """Frame counter of this view; a gap means lost frames."""
+    """Frame counter of this view; in a stream a gap means lost frames."""
     exposure_s: float | None = None
     """Exposure as the device reports it."""
+    bits: int | None = None
+    """Bits of a grey value: 10 in a 16-bit image means 0..1023. None: all bits of the image."""
+    uncertainty_s: float = 0.0
+    """How much earlier than `timestamp_s` the middle of the exposure may have been: the driver of
+    the device tells when the image was complete, but not how long that took."""
 
     def __post_init__(self) -> None:
         image = self.image.view()
         image.flags.writeable = False
         object.__setattr__(self, "image", image)
+
+    @property
+    def began_s(self) -> float:
+        """Earliest time at which light of this image can have been collected."""
+        return self.timestamp_s - self.uncertainty_s - (self.exposure_s or 0.0) / 2.0
+
+    @property
+    def full_scale(self) -> int:
+        """Grey value of a saturated pixel."""
+        return (1 << (self.bits or 8 * self.image.dtype.itemsize)) - 1
 
 
 @dataclass(frozen=True, slots=True)

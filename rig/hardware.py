@@ -14,6 +14,7 @@ from rig.profile import (
     Profile,
     SimCameraConfig,
     StageConfig,
+    V4l2CameraConfig,
 )
 
 if TYPE_CHECKING:
@@ -119,6 +120,22 @@ class _Bench:
 
                 names = [view.name for view in self._profile.views]
                 return OakCamera(config, names, self._oak_sensors(config), self.clock)
+            case V4l2CameraConfig() as config:
+                return self._v4l2_array(config)
+
+    def _v4l2_array(self, config: V4l2CameraConfig) -> Camera:
+        from drivers.camera_array import CameraArray
+        from drivers.v4l2 import LinuxKernel, V4l2Camera
+
+        views = [view.name for view in self._profile.views]
+        kernel = LinuxKernel()
+        return CameraArray(
+            [V4l2Camera(config, view, kernel=kernel, clock=SystemClock()) for view in views],
+            views=views,
+            period_s=1.0 / config.rate_hz,
+            max_skew_s=config.max_skew_s,
+            timeout_s=config.timeout_s,
+        )
 
     def _oak_sensors(self, config: OakCameraConfig) -> "Sensors":
         if not config.is_simulated:

@@ -22,9 +22,11 @@ def write_picture(path: Path, measured: Measured, reference: int) -> Path:
     Raises:
         StoreError: the file cannot be written.
     """
-    image = measured.multiview.frames[reference].image
-    grey = image if image.dtype == np.uint8 else cv2.convertScaleAbs(image, alpha=1.0 / 257.0)
-    left = cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR)
+    frame = measured.multiview.frames[reference]
+    image = frame.image
+    if image.dtype != np.uint8:
+        image = cv2.convertScaleAbs(image, alpha=255.0 / frame.full_scale)
+    left = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
     if measured.depth is None:
         values, unit, near_is_large = measured.slopes.slope_px, "px per view step", True
     else:

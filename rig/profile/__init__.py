@@ -1,6 +1,12 @@
 """Profiles: what a rig consists of, as closed and documented values."""
 
-from rig.profile.cameras import CameraConfig, FolderCameraConfig, OakCameraConfig, SimCameraConfig
+from rig.profile.cameras import (
+    CameraConfig,
+    FolderCameraConfig,
+    OakCameraConfig,
+    SimCameraConfig,
+    V4l2CameraConfig,
+)
 from rig.profile.models import Profile, SweepConfig, TargetConfig, ViewConfig
 from rig.profile.stages import (
     GrblStageConfig,
@@ -22,6 +28,7 @@ __all__ = [
     "StageConfig",
     "SweepConfig",
     "TargetConfig",
+    "V4l2CameraConfig",
     "ViewConfig",
     "WorldConfig",
 ]

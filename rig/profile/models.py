@@ -10,6 +10,7 @@ from rig.profile.cameras import (
     FolderCameraConfig,
     OakCameraConfig,
     SimCameraConfig,
+    V4l2CameraConfig,
 )
 from rig.profile.model import Model, NotNegative, Positive, Span
 from rig.profile.stages import StageConfig
@@ -184,5 +185,7 @@ def _by_view(camera: CameraConfig) -> dict[str, Mapping[str, object]]:
             return {"files": camera.files}
         case OakCameraConfig():
             return {"sockets": camera.sockets}
+        case V4l2CameraConfig():
+            return {"devices": camera.devices}
         case SimCameraConfig():
             return {}

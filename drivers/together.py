@@ -1,0 +1,42 @@
+"""Several devices opened and closed at the same time."""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+from rig.devices import Device
+from rig.errors import DeviceError, DeviceNotFoundError
+
+
+def open_together(devices: Sequence[Device], *, name: str) -> None:
+    """Open all devices, each in a thread of its own: it takes as long as the slowest.
+
+    Args:
+        devices: closed.
+        name: names all of them together in messages.
+
+    Raises:
+        RigError: what the one device that did not open raised; all others were closed again.
+        DeviceNotFoundError: several did not open; the message tells of each.
+    """
+    with ThreadPoolExecutor(max_workers=max(1, len(devices))) as pool:
+        opening = [pool.submit(device.__enter__) for device in devices]
+    errors = [error for future in opening if (error := future.exception()) is not None]
+    if not errors:
+        return
+    pairs = zip(devices, opening, strict=True)
+    close_together([device for device, future in pairs if future.exception() is None])
+    if len(errors) == 1 or not all(isinstance(error, DeviceError) for error in errors):
+        raise errors[0]
+    raise DeviceNotFoundError(
+        name,
+        f"{len(errors)} of {len(devices)} did not open: "
+        + "; ".join(str(error) for error in errors),
+    )
+
+
+def close_together(devices: Sequence[Device]) -> None:
+    """Close all devices at the same time; every one is closed, then the first error is raised."""
+    with ThreadPoolExecutor(max_workers=max(1, len(devices))) as pool:
+        closing = [pool.submit(device.__exit__, None, None, None) for device in devices]
+    for future in closing:
+        future.result()

@@ -1,0 +1,222 @@
+"""A small virtual machine around the host's own files: Debian's kernel, no disk, no network.
+
+The guest sees the host's root read-only over 9p, so that it runs the virtual environment that the
+tests run in, and one writable share for results. Its kernel is started as an uncompressed ELF image
+(PVH). Plain emulation is enough; KVM is not asked for.
+"""
+
+import lzma
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+MODULES = ("virtio_pci", "9pnet_virtio", "9p")
+"""What the guest needs to see the host's files."""
+_XZ_MAGIC = b"\xfd7zXZ\x00"
+_ELF_MAGIC = b"\x7fELF"
+
+
+class GuestUnavailableError(Exception):
+    """The machine cannot be built here; the message says what is missing."""
+
+
+@dataclass(frozen=True)
+class GuestKernel:
+    """The files that QEMU boots."""
+
+    image: Path
+    modules: Path
+    """Folder with the kernel's modules, `*.ko`."""
+
+
+def guest_kernel(folder: Path) -> GuestKernel:
+    """Return Debian's stock kernel, fetched with apt-get and unpacked once.
+
+    Args:
+        folder: kept from run to run.
+
+    Raises:
+        GuestUnavailableError: not a Debian machine, or its packages cannot be reached.
+    """
+    package = _kernel_package()
+    home = folder / package
+    kernel = GuestKernel(home / "vmlinux", home / "lib" / "modules")
+    if kernel.image.is_file():
+        return kernel
+    fresh = folder / f"{package}.{os.getpid()}.part"
+    shutil.rmtree(fresh, ignore_errors=True)
+    fresh.mkdir(parents=True)
+    _run(["apt-get", "-o", "APT::Sandbox::User=root", "download", "-qq", package], fresh)
+    archive = next(fresh.glob("*.deb"))
+    _run(["dpkg-deb", "-x", str(archive), "."], fresh)
+    archive.unlink()
+    compressed = next((fresh / "boot").glob("vmlinuz-*")).read_bytes()
+    (fresh / "vmlinux").write_bytes(uncompressed(compressed))
+    shutil.rmtree(home, ignore_errors=True)
+    fresh.rename(home)
+    return kernel
+
+
+def uncompressed(image: bytes) -> bytes:
+    """Return the ELF image inside a compressed kernel (bzImage).
+
+    Raises:
+        GuestUnavailableError: there is none, or it is compressed in another way than xz.
+    """
+    for found in re.finditer(re.escape(_XZ_MAGIC), image):
+        try:
+            content = lzma.LZMADecompressor().decompress(image[found.start() :])
+        except lzma.LZMAError:
+            continue  # the same bytes by chance
+        if content.startswith(_ELF_MAGIC):
+            return content
+    raise GuestUnavailableError("the kernel holds no xz-compressed ELF image")
+
+
+def in_order(modules: Path, wanted: Iterable[str]) -> list[Path]:
+    """Return modules and all that they depend on, in the order of loading.
+
+    Source: the `depends=` entry that every module carries in its `.modinfo` section.
+    """
+    files = {path.stem.replace("-", "_"): path for path in modules.rglob("*.ko")}
+    ordered: dict[str, Path] = {}
+
+    def add(name: str) -> None:
+        if name in ordered or name not in files:  # else: built into the kernel
+            return
+        content = files[name].read_bytes()
+        start = content.index(b"depends=") + len(b"depends=")
+        depends = content[start : content.index(b"\0", start)].decode()
+        for needed in filter(None, depends.split(",")):
+            add(needed.replace("-", "_"))
+        ordered[name] = files[name]
+
+    for name in wanted:
+        add(name)
+    return list(ordered.values())
+
+
+def archive(files: dict[str, bytes], folders: Iterable[str]) -> bytes:
+    """Return a cpio archive ("newc") as the kernel reads its first files from.
+
+    Source: the kernel's documentation, "initramfs buffer format".
+    """
+    entries = [*((name, 0o040755, b"") for name in folders)]
+    entries += [(name, 0o100755, content) for name, content in files.items()]
+    entries.append(("TRAILER!!!", 0, b""))
+    return b"".join(_entries(entries))
+
+
+def boot(
+    kernel: GuestKernel,
+    *,
+    script: str,
+    modules: Iterable[str],
+    results: Path,
+    memory_mb: int,
+    timeout_s: float,
+) -> str:
+    """Boot the guest, run a shell script as root in the host's files, and switch it off.
+
+    Args:
+        kernel: what to boot.
+        script: runs with the host's root as its own, read-only, and `/mnt` for results.
+        modules: kernel modules to be there as files, in order, under `/run/modules`.
+        results: folder of the host that the guest may write to, as `/mnt`.
+        memory_mb: the guest's memory.
+        timeout_s: longest life of the guest.
+
+    Returns:
+        what the guest wrote to its console.
+
+    Raises:
+        GuestUnavailableError: QEMU or busybox is not installed.
+        subprocess.TimeoutExpired: the guest did not switch itself off in time; it is gone.
+    """
+    qemu, busybox = shutil.which("qemu-system-x86_64"), shutil.which("busybox")
+    if qemu is None or busybox is None:
+        missing = "qemu-system-x86" if qemu is None else "busybox-static"
+        raise GuestUnavailableError(f"{missing} is not installed")
+    early = in_order(kernel.modules, MODULES)
+    late = [path for path in in_order(kernel.modules, modules) if path not in early]
+    listed = [f"{number:02d}_{path.name}" for number, path in enumerate((*early, *late))]
+    files = {
+        "init": _init(listed[: len(early)]).encode(),
+        "bin/busybox": Path(busybox).read_bytes(),
+    }
+    for name, path in zip(listed, (*early, *late), strict=True):
+        files[f"modules/{name}"] = path.read_bytes()
+    initramfs = results / "initramfs"
+    initramfs.write_bytes(archive(files, ("bin", "modules", "dev", "proc", "sys", "root")))
+    (results / "script").write_text(script)
+    command = [
+        qemu, "-M", "q35", "-cpu", "max", "-accel", "tcg,thread=multi", "-smp", "2",
+        "-m", str(memory_mb), "-nographic", "-no-reboot", "-nodefaults", "-serial", "stdio",
+        "-kernel", str(kernel.image), "-initrd", str(initramfs),
+        "-append", "console=ttyS0 quiet panic=-1 loglevel=4 tsc=reliable",
+        "-virtfs", "local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap",
+        "-virtfs", f"local,path={results},mount_tag=results,security_model=none",
+    ]  # fmt: skip
+    ended = subprocess.run(
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        timeout=timeout_s, check=False,
+    )  # fmt: skip
+    return ended.stdout.decode(errors="replace")
+
+
+def _init(early: list[str]) -> str:
+    load = "\n".join(f"insmod /modules/{name}" for name in early)
+    return f"""#!/bin/busybox sh
+/bin/busybox --install -s /bin
+mount -t devtmpfs dev /dev; mount -t proc proc /proc; mount -t sysfs sys /sys
+{load}
+opt=trans=virtio,version=9p2000.L,msize=1048576
+mount -t 9p -o $opt,ro,cache=loose host /root || poweroff -f
+mount -t devtmpfs dev /root/dev; mount -t proc proc /root/proc; mount -t sysfs sys /root/sys
+mkdir -p /root/dev/shm /root/dev/pts
+mount -t tmpfs tmp /root/tmp; mount -t tmpfs run /root/run; mount -t tmpfs shm /root/dev/shm
+mount -t devpts pts /root/dev/pts
+mount -t 9p -o $opt results /root/mnt
+mkdir -p /root/run/modules && cp /modules/* /root/run/modules/
+ip link set lo up
+export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp
+chroot /root /bin/sh /mnt/script >/root/mnt/log 2>&1
+echo "script ended: $?"
+sync; poweroff -f
+"""
+
+
+def _entries(entries: list[tuple[str, int, bytes]]) -> Iterator[bytes]:
+    for number, (name, mode, content) in enumerate(entries, start=1):
+        raw = name.encode() + b"\0"
+        fields = (number, mode, 0, 0, 1, 0, len(content), 0, 0, 0, 0, len(raw), 0)
+        header = b"070701" + b"".join(b"%08x" % field for field in fields) + raw
+        yield header + bytes(-len(header) % 4) + content + bytes(-len(content) % 4)
+
+
+def _kernel_package() -> str:
+    for tool in ("apt-get", "apt-cache", "dpkg-deb"):
+        if shutil.which(tool) is None:
+            raise GuestUnavailableError(
+                f"{tool} is not there: the guest is built from Debian packages"
+            )
+    shown = subprocess.run(
+        ["apt-cache", "depends", "linux-image-amd64"], capture_output=True, text=True, check=False
+    ).stdout
+    found = re.search(r"Depends: (linux-image-\S+)", shown)
+    if found is None:
+        raise GuestUnavailableError("linux-image-amd64 is in no package list; run `apt-get update`")
+    return found[1]
+
+
+def _run(command: list[str], folder: Path) -> None:
+    try:
+        subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True)
+    except subprocess.CalledProcessError as error:
+        raise GuestUnavailableError(
+            f"{' '.join(command)}: {error.stderr.strip()[-300:]}"
+        ) from error

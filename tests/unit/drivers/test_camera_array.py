@@ -1,0 +1,141 @@
+"""Several cameras as one, in real time, over devices that come and go."""
+
+import itertools
+import time
+from dataclasses import replace
+
+import pytest
+
+from drivers.camera_array import CameraArray
+from rig.errors import (
+    CaptureTimeoutError,
+    ConfigError,
+    DeviceLostError,
+    DeviceNotFoundError,
+    ViewSkewError,
+)
+from tests.support.cameras import SMALL, SmallRig
+from tests.support.video_arrays import VIDEO_PERIOD_S, locked, video_array
+from tests.support.video_kernel import FakeDevice
+
+VIEWS = ("left", "right", "top")
+
+
+def test_opening_takes_as_long_as_the_slowest_and_a_tenth_more():
+    slowest_s = 0.5
+
+    def slow(number: int) -> FakeDevice:
+        return replace(locked(number), opening_s=(0.3, 0.4, slowest_s)[number])
+
+    array, _, _ = video_array(VIEWS, slow)
+    began_s = time.monotonic()
+    with array:
+        assert time.monotonic() - began_s <= 1.1 * slowest_s
+
+
+def test_one_camera_that_is_not_there_closes_the_others():
+    array, devices, _ = video_array(VIEWS)
+    devices[1].is_plugged = False
+    with pytest.raises(DeviceNotFoundError, match="by-path/right: is not there"), array:
+        pass
+    devices[1].is_plugged = True
+    with array as camera:
+        assert len(camera.grab(2.0).frames) == 3
+
+
+def test_of_several_that_are_not_there_all_are_told():
+    array, devices, _ = video_array(VIEWS)
+    devices[0].is_plugged = devices[2].is_plugged = False
+    with pytest.raises(DeviceNotFoundError, match=r"2 of 3 did not open: .*left.*; .*top"), array:
+        pass
+
+
+def test_an_unplugged_camera_ends_grab_and_stream_until_opened_again():
+    array, devices, _ = video_array(VIEWS)
+    with array as camera:
+        stream = camera.stream()
+        next(stream)
+        devices[2].is_plugged = False
+        with pytest.raises(DeviceLostError, match="by-path/top: was unplugged"):
+            for _ in range(10):
+                next(stream)
+        with pytest.raises(DeviceLostError, match="by-path/top"):
+            camera.grab(1.0)
+    devices[2].is_plugged = True
+    with array as camera:
+        assert len(camera.grab(2.0).frames) == 3
+
+
+def test_a_silent_camera_is_named():
+    array, devices, _ = video_array(VIEWS, timeout_s=0.2)
+    devices[1].is_silent = True
+    with array as camera:
+        with pytest.raises(CaptureTimeoutError, match="came from right;") as caught:
+            camera.grab(0.3)
+        assert caught.value.missing == ("right",)
+        with pytest.raises(CaptureTimeoutError, match="came from right;"):
+            next(camera.stream())
+
+
+def test_a_camera_that_comes_back_after_a_silence_is_paired_again():
+    array, devices, _ = video_array(VIEWS, timeout_s=0.2)
+    with array as camera:
+        camera.grab(1.0)
+        devices[1].is_silent = True
+        with pytest.raises(CaptureTimeoutError):
+            camera.grab(0.3)
+        devices[1].is_silent = False
+        assert camera.grab(1.0).skew_s < 0.005
+
+
+def test_cameras_out_of_step_are_told_so():
+    def shifted(number: int) -> FakeDevice:
+        return replace(locked(number), phase_s=(0.0, 0.45 * VIDEO_PERIOD_S)[number])
+
+    array, _, _ = video_array(VIEWS[:2], shifted)
+    with array as camera:
+        with pytest.raises(ViewSkewError, match=r"18\.0\d ms apart, allowed 5\.00 ms"):
+            camera.grab(0.4)
+        assert camera.dropped["skew"] > 0
+        assert camera.dropped_by_view()["left"]["skew"] > 0
+
+
+def test_lost_frames_are_dropped_with_a_reason_and_never_mixed():
+    def losing(number: int) -> FakeDevice:
+        lost = ({4}, {6, 7}, set[int]())[number]
+        return replace(locked(number), lost=lost)
+
+    array, _, _ = video_array(VIEWS, losing)
+    with array as camera:
+        taken = list(itertools.islice(camera.stream(), 12))
+        assert camera.dropped["lost"] == 3
+        assert camera.dropped["unpaired"] == 6
+    for multi_view in taken:
+        assert multi_view.skew_s < 0.001
+
+
+def test_a_slow_reader_loses_the_oldest_and_gets_the_newest():
+    array, _, _ = video_array(VIEWS)
+    with array as camera:
+        stream = camera.stream()
+        next(stream)
+        time.sleep(10 * VIDEO_PERIOD_S)
+        multi_view = next(stream)
+        assert time.monotonic() - multi_view.timestamp_s <= 4.0 * VIDEO_PERIOD_S
+        assert camera.dropped["late"] >= 5
+
+
+def test_identity_tells_what_each_view_is():
+    array, _, _ = video_array(VIEWS)
+    with array as camera:
+        identity = camera.identity
+    assert identity["model"] == "3 x v4l2"
+    assert identity["left.model"] == "Fake camera"
+    assert identity["top.mode"] == "GREY 32 x 24 at 25 Hz"
+
+
+def test_views_must_be_those_of_the_cameras():
+    with pytest.raises(ConfigError, match="asked for the views left, found centre, left, right"):
+        CameraArray(
+            [SmallRig(SMALL).camera()], views=["left"], period_s=0.1, max_skew_s=0.1, timeout_s=1.0
+        )
