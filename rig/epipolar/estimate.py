@@ -49,7 +49,7 @@ def estimate_slopes(
     window = window_of(views.shape, slope_range_px, prior)
     views, warnings = _usable(views)
     cameras = Cameras(views.x_steps, views.y_steps, views.reference)
-    images = equalise(views.images.astype(np.float32), cameras, window)
+    images = equalise(views.images, cameras, window)
     scales = measure_scales(images, views.reference)
     images = _smooth(images, scales.prefilter_px)
     slope = search(images, cameras, window, scales)

@@ -8,19 +8,16 @@ import numba
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def kernel(*, parallel: bool = False, fastmath: bool = False) -> Callable[[Function], Function]:
+def kernel() -> Callable[[Function], Function]:
     """Return a decorator that compiles with numba, without the interpreter lock.
 
-    Args:
-        parallel: run `numba.prange` loops on several threads.
-        fastmath: let the compiler reorder floating-point sums; never where bits must repeat.
+    The compiler may fuse a product and a sum (one rounding less), never reorder sums: the same
+    input gives the same bits.
     """
 
     def compile_function(function: Function) -> Function:
         # Divisions as in numpy (infinite, no exception): a loop that may raise does not vectorise.
-        compiled = numba.njit(
-            nogil=True, cache=True, parallel=parallel, fastmath=fastmath, error_model="numpy"
-        )
+        compiled = numba.njit(nogil=True, cache=True, fastmath={"contract"}, error_model="numpy")
         return cast("Function", compiled(function))
 
     return compile_function

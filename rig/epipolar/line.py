@@ -57,8 +57,6 @@ def fit_lines(
         reach_px: largest step that the linearisation can be trusted for, px per view step.
     """
     height, width = slope_px.shape
-    height, width = slope_px.shape
-    views = len(images)
     padded = pad(images)
     half = assign_halves(x_steps, y_steps)
     xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
@@ -67,12 +65,9 @@ def fit_lines(
     sight = np.empty((height, width), np.uint8)
 
     def work(start: int, stop: int) -> None:
-        rows = np.empty((3, views, width), np.float32)
-        sums = np.empty((10, width), np.float32)
-        sums[8] = np.arange(width)
         _fit_lines(
-            padded, xs, ys, half, reference, slope_px, np.float32(1 / scale), np.float32(reach_px),
-            start, stop, rows, sums, slope, information, misfit, sight,
+            padded, images[reference], xs, ys, half, slope_px, np.float32(1 / scale),
+            np.float32(reach_px), start, stop, slope, information, misfit, sight,
         )  # fmt: skip
 
     run_in_bands(work, height)
@@ -82,127 +77,119 @@ def fit_lines(
 @kernel()
 def _fit_lines(
     padded: NDArray[np.float32],
+    centre: NDArray[np.float32],
     x_steps: NDArray[np.float32],
     y_steps: NDArray[np.float32],
     half: NDArray[np.int32],
-    reference: int,
     start_slope: NDArray[np.float32],
     per_scale: np.float32,
     reach: np.float32,
     start: int,
     stop: int,
-    rows: NDArray[np.float32],
-    sums: NDArray[np.float32],
     slope: NDArray[np.float32],
     information: NDArray[np.float32],
     misfit: NDArray[np.float32],
     sight: NDArray[np.uint8],
 ) -> None:
     """Row by row: sample all views, drop hidden halves, sum the normal equations, solve."""
-    grey, tilt, seen = rows[0], rows[1], rows[2]
-    columns, here = sums[8], sums[9]
     height, width = start_slope.shape
+    views = len(padded)
+    grey, tilt, seen = (
+        np.empty((views, width), np.float32),
+        np.empty((views, width), np.float32),
+        np.empty((views, width), np.float32),
+    )
+    columns, here = np.arange(width).astype(np.float32), np.empty(width, np.float32)
+    poor, members = np.empty((HALVES, width), np.float32), np.empty((HALVES, width), np.float32)
+    sums = np.empty((5, width), np.float32)
     for v in range(start, stop):
-        for u in range(width):
-            here[u] = np.float32(v)
-        for i in range(len(padded)):
-            sample_points(
-                padded[i], height, width, columns, here, start_slope[v], x_steps[i], y_steps[i],
-                grey[i], tilt[i], seen[i],
-            )  # fmt: skip
-        centre = grey[reference]
-        for i in range(len(padded)):
-            if i != reference:
-                row = grey[i]
-                for u in range(width):
-                    row[u] -= centre[u]
-        for u in range(width):
-            centre[u] = np.float32(0)
-        _leave_out_hidden(grey, half, per_scale, seen, sums, misfit[v], sight[v])
-        _sum_up(grey, tilt, seen, per_scale, sums)
+        here[:] = np.float32(v)
+        poor[:] = np.float32(0)
+        members[:] = np.float32(0)
+        for i in range(views):
+            if half[i] >= 0:
+                sample_points(
+                    padded[i], height, width, columns, here, start_slope[v], x_steps[i],
+                    y_steps[i], grey[i], tilt[i], seen[i],
+                )  # fmt: skip
+                _compare(grey[i], centre[v], seen[i], per_scale, poor[half[i]], members[half[i]])
+        sums[0] = np.float32(1)  # the reference itself: difference and tilt are 0
+        sums[1:] = np.float32(0)
+        _find_hidden(poor, members, misfit[v], sight[v])
+        for i in range(views):
+            if half[i] >= 0:
+                _add_view(grey[i], tilt[i], seen[i], members[half[i]], per_scale, sums)
         _step(sums, reach, start_slope[v], slope[v], information[v])
 
 
 @kernel()
-def _leave_out_hidden(
+def _compare(
     grey: NDArray[np.float32],
-    half: NDArray[np.int32],
-    per_scale: np.float32,
+    centre: NDArray[np.float32],
     seen: NDArray[np.float32],
-    sums: NDArray[np.float32],
+    per_scale: np.float32,
+    poor: NDArray[np.float32],
+    members: NDArray[np.float32],
+) -> None:
+    """Subtract the reference; add the view's truncated misfit to that of its half."""
+    limit = np.float32(MISFIT_LIMIT)
+    for u in range(len(grey)):
+        grey[u] -= centre[u]
+        poor[u] += seen[u] * min(abs(grey[u]) * per_scale, limit)
+        members[u] += seen[u]
+
+
+@kernel()
+def _find_hidden(
+    poor: NDArray[np.float32],
+    members: NDArray[np.float32],
     mean: NDArray[np.float32],
     sight: NDArray[np.uint8],
 ) -> None:
-    """Unmark the half of an axis that fits much worse than the other."""
-    for h in range(HALVES):
-        _misfit(grey, half, h, per_scale, seen, sums[2 * h], sums[2 * h + 1])
-    for u in range(grey.shape[1]):
-        any_view = sums[1, u] + sums[3, u] + sums[5, u] + sums[7, u]
-        sight[u] = SEEN if any_view > 0 else UNSEEN
-        total = np.float32(0)
-        count = np.float32(0)
-        for h in range(HALVES):
-            misfit, members = sums[2 * h, u], sums[2 * h + 1, u]
-            other_misfit, others = sums[2 * (h ^ 1), u], sums[2 * (h ^ 1) + 1, u]
-            worse = misfit * others > np.float32(2.5) * other_misfit * members
-            if worse and misfit > members:
-                sight[u] = HALF_HIDDEN
-                for i in range(len(half)):
-                    seen[i, u] *= np.float32(half[i] != h)
-            else:
-                total += misfit
-                count += members
-        mean[u] = total / max(count, np.float32(1))
+    """Empty the half of an axis that fits much worse than the other."""
+    worse = np.float32(2.5)
+    one = np.float32(1)
+    zero = np.float32(0)
+    a, b, c, d = poor[0], poor[1], poor[2], poor[3]
+    na, nb, nc, nd = members[0], members[1], members[2], members[3]
+    for u in range(len(mean)):
+        any_view = na[u] + nb[u] + nc[u] + nd[u] > zero
+        keep_a = zero if (a[u] * nb[u] > worse * b[u] * na[u]) & (a[u] > na[u]) else one
+        keep_b = zero if (b[u] * na[u] > worse * a[u] * nb[u]) & (b[u] > nb[u]) else one
+        keep_c = zero if (c[u] * nd[u] > worse * d[u] * nc[u]) & (c[u] > nc[u]) else one
+        keep_d = zero if (d[u] * nc[u] > worse * c[u] * nd[u]) & (d[u] > nd[u]) else one
+        na[u] *= keep_a
+        nb[u] *= keep_b
+        nc[u] *= keep_c
+        nd[u] *= keep_d
+        total = keep_a * a[u] + keep_b * b[u] + keep_c * c[u] + keep_d * d[u]
+        mean[u] = total / max(na[u] + nb[u] + nc[u] + nd[u], one)
+        all_kept = keep_a * keep_b * keep_c * keep_d > zero
+        sight[u] = UNSEEN if not any_view else SEEN if all_kept else HALF_HIDDEN
 
 
 @kernel()
-def _misfit(
-    grey: NDArray[np.float32],
-    half: NDArray[np.int32],
-    which: int,
-    per_scale: np.float32,
-    seen: NDArray[np.float32],
-    misfit: NDArray[np.float32],
-    members: NDArray[np.float32],
-) -> None:
-    """Sum of the truncated differences to the reference over the views of one half."""
-    limit = np.float32(MISFIT_LIMIT)
-    for u in range(len(misfit)):
-        misfit[u] = np.float32(0)
-        members[u] = np.float32(0)
-    for i in range(len(half)):
-        if half[i] == which:
-            g, s = grey[i], seen[i]
-            for u in range(len(misfit)):
-                misfit[u] += s[u] * min(abs(g[u]) * per_scale, limit)
-                members[u] += s[u]
-
-
-@kernel()
-def _sum_up(
+def _add_view(
     grey: NDArray[np.float32],
     tilt: NDArray[np.float32],
     seen: NDArray[np.float32],
+    members: NDArray[np.float32],
     per_scale: np.float32,
     sums: NDArray[np.float32],
 ) -> None:
-    """Weighted sums of 1, j, g, jj, jg over the views (j tilt, g grey difference)."""
-    views, width = grey.shape
+    """Add one view to the weighted sums of 1, j, g, jj, jg (j tilt, g grey difference)."""
+    one, zero = np.float32(1), np.float32(0)
     sw, swj, swg, swjj, swjg = sums[0], sums[1], sums[2], sums[3], sums[4]
-    for u in range(width):
-        sw[u] = swj[u] = swg[u] = swjj[u] = swjg[u] = np.float32(0)
-    for i in range(views):
-        gs, js, s = grey[i], tilt[i], seen[i]
-        for u in range(width):
-            g, j = gs[u], js[u]
-            t = g * per_scale
-            w = s[u] / (np.float32(1) + t * t)
-            wj = w * j
-            sw[u] += w
-            swj[u] += wj
-            swg[u] += w * g
-            swjj[u] += wj * j
-            swjg[u] += wj * g
+    for u in range(len(grey)):
+        g, j = grey[u], tilt[u]
+        t = g * per_scale
+        w = (seen[u] if members[u] > zero else zero) / (one + t * t)
+        wj = w * j
+        sw[u] += w
+        swj[u] += wj
+        swg[u] += w * g
+        swjj[u] += wj * j
+        swjg[u] += wj * g
 
 
 @kernel()
@@ -214,12 +201,11 @@ def _step(
     information: NDArray[np.float32],
 ) -> None:
     """Solve for slope and grey value; the grey value is eliminated (mean-centred sums)."""
+    sw, swj, swg, swjj, swjg = sums[0], sums[1], sums[2], sums[3], sums[4]
     for u in range(len(slope)):
-        sw, swj, swg = sums[0, u], sums[1, u], sums[2, u]
-        info = sums[3, u] - swj * swj / sw
-        cross = sums[4, u] - swj * swg / sw
+        info = swjj[u] - swj[u] * swj[u] / sw[u]
+        cross = swjg[u] - swj[u] * swg[u] / sw[u]
         known = info > np.float32(1e-12)
-        info = info if known else np.float32(0)
-        move = max(min(-cross / info, reach), -reach) if known else np.float32(0)
-        slope[u] = start_slope[u] + move
-        information[u] = info
+        move = max(min(-cross / info, reach), -reach)
+        slope[u] = start_slope[u] + (move if known else np.float32(0))
+        information[u] = info if known else np.float32(0)

@@ -3,11 +3,11 @@
 Every grey scale of the estimator (truncation, robust scales, prefilter) comes from here.
 """
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-_MASK = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
+from rig.epipolar.kernel import kernel
+
 _BLOCK_PX = 16
 _QUIET_SHARE = 0.1
 # Median ratio of the quiet-share quantile to the mean over blocks of pure white noise, 16 x 16 px.
@@ -22,14 +22,39 @@ def noise_grey(image: NDArray[np.float32]) -> float:
     blocks, so that texture does not count as noise. Blocks without any variation are clipped or
     synthetic, and say nothing.
     """
-    second = np.abs(cv2.filter2D(image, cv2.CV_32F, _MASK)[1:-1, 1:-1])
-    rows, columns = (size // _BLOCK_PX * _BLOCK_PX for size in second.shape)
-    if not rows or not columns:
-        return float(np.sqrt(np.pi / 2) / 6 * second.mean())
-    blocks = second[:rows, :columns].reshape(rows // _BLOCK_PX, _BLOCK_PX, -1, _BLOCK_PX)
-    means = blocks.mean(axis=(1, 3)).ravel()
+    height, width = image.shape
+    block = min(_BLOCK_PX, height - 2, width - 2)
+    if block < 1:
+        return 0.0
+    means = np.empty(((height - 2) // block, (width - 2) // block), np.float32)
+    _second_differences(image, block, means)
     means = means[means > 0]
     if not len(means):
         return 0.0
     quiet = float(np.quantile(means, _QUIET_SHARE))
     return float(np.sqrt(np.pi / 2) / 6 / _QUIET_RATIO * quiet)
+
+
+@kernel()
+def _second_differences(image: NDArray[np.float32], block: int, means: NDArray[np.float32]) -> None:
+    """Mean size of the second difference in both directions, of each block."""
+    rows, columns = means.shape
+    width = columns * block
+    two, four = np.float32(2), np.float32(4)
+    sums = np.empty(width, np.float32)
+    for i in range(rows):
+        sums[:] = np.float32(0)
+        for v in range(i * block, (i + 1) * block):
+            above, here, below = image[v], image[v + 1], image[v + 2]
+            left, middle, right = here[:width], here[1 : width + 1], here[2 : width + 2]
+            al, am, ar = above[:width], above[1 : width + 1], above[2 : width + 2]
+            bl, bm, br = below[:width], below[1 : width + 1], below[2 : width + 2]
+            for u in range(width):
+                corners = al[u] + ar[u] + bl[u] + br[u]
+                cross = left[u] + right[u] + am[u] + bm[u]
+                sums[u] += abs(corners - two * cross + four * middle[u])
+        for j in range(columns):
+            total = np.float32(0)
+            for u in range(j * block, (j + 1) * block):
+                total += sums[u]
+            means[i, j] = total / np.float32(block * block)

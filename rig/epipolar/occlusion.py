@@ -32,42 +32,62 @@ def hidden_somewhere(
     hidden = np.zeros((HALVES, *slope_px.shape), np.bool_)
 
     def work(start: int, stop: int) -> None:
-        nearest = np.empty(slope_px.shape, np.float32)
+        place = np.empty(slope_px.shape, np.int32)
+        nearest = np.empty(slope_px.size + 1, np.float32)
         for h in range(start, stop):
             members = np.flatnonzero(half == h)
             if len(members):
                 i = members[np.argmax(reach[members])]
                 step = np.float32(x_steps[i]), np.float32(y_steps[i])
-                _hide(slope_px, *step, np.float32(jump_px), nearest, hidden[h])
+                _move(slope_px, *step, place)
+                nearest[:] = -np.inf
+                _hide(
+                    slope_px.ravel(), place.ravel(), np.float32(jump_px), nearest, hidden[h].ravel()
+                )
 
     run_in_bands(work, HALVES)
     return np.logical_or.reduce(hidden, axis=0)
 
 
 @kernel()
-def _hide(
+def _move(
     slope: NDArray[np.float32],
     x_step: np.float32,
     y_step: np.float32,
+    place: NDArray[np.int32],
+) -> None:
+    """Index of the pixel of the view where each point lands; one past the last if outside."""
+    height, width = slope.shape
+    half = np.float32(0.5)
+    right, bottom = np.float32(width), np.float32(height)
+    stride = np.int32(width)
+    outside = np.int32(height * width)
+    for v in range(height):
+        row, target = slope[v], place[v]
+        for u in range(width):
+            x = np.float32(u) - row[u] * x_step + half
+            y = np.float32(v) - row[u] * y_step + half
+            inside = (x >= 0) & (y >= 0) & (x < right) & (y < bottom)
+            x = x if inside else half
+            y = y if inside else half
+            here = np.int32(np.int32(np.int32(y) * stride) + np.int32(x))
+            target[u] = here if inside else outside
+
+
+@kernel()
+def _hide(
+    slope: NDArray[np.float32],
+    place: NDArray[np.int32],
     jump: np.float32,
     nearest: NDArray[np.float32],
     hidden: NDArray[np.bool_],
 ) -> None:
     """First find the nearest slope at every place of the view, then who lies behind it."""
-    height, width = slope.shape
-    half = np.float32(0.5)
-    for v in range(height):
-        for u in range(width):
-            nearest[v, u] = np.float32(-1e30)
-    for judging in range(2):
-        for v in range(height):
-            for u in range(width):
-                m = slope[v, u]
-                x = np.float32(u) - m * x_step + half
-                y = np.float32(v) - m * y_step + half
-                if x >= 0 and y >= 0 and x < width and y < height:
-                    column, row = np.uintp(np.int32(x)), np.uintp(np.int32(y))
-                    if judging == 1:
-                        hidden[v, u] = nearest[row, column] > m + jump
-                    else:
-                        nearest[row, column] = max(nearest[row, column], m)
+    outside = np.uintp(len(place))
+    for u in range(len(place)):
+        k = np.uintp(np.uint32(place[u]))
+        nearest[k] = max(nearest[k], slope[u])
+    nearest[outside] = np.float32(-np.inf)
+    for u in range(len(place)):
+        k = np.uintp(np.uint32(place[u]))
+        hidden[u] = nearest[k] > slope[u] + jump

@@ -10,52 +10,67 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
+from rig.epipolar.rank import mean
 from rig.epipolar.sampling import sample_view
 from rig.epipolar.scales import Scales
-from rig.epipolar.search import search
+from rig.epipolar.search import search, wide_share
+from rig.epipolar.views import Image
 from rig.epipolar.window import Cameras, Window
 
 _SHRINK = 4
-_MIN_SIDE_PX = 16
+_MIN_SIDE_PX = 48
 _ROUNDS = 4
 _PAIRS, _FEWEST_PAIRS = 2000, 100
+_FEW_UNKNOWN = 0.3
 _QUANTILES = np.linspace(0.05, 0.95, 19)
 
 
-def equalise(images: NDArray[np.float32], cameras: Cameras, window: Window) -> NDArray[np.float32]:
-    """Return the images (V, H, W) with every view on the grey scale of the reference view."""
-    first = _match_quantiles(images, cameras.reference)
-    shrink = _SHRINK if min(images.shape[1:]) >= _SHRINK * _MIN_SIDE_PX else 1
+def equalise(images: Image, cameras: Cameras, window: Window) -> NDArray[np.float32]:
+    """Return the images (V, H, W) with every view on the grey scale of the reference view.
+
+    Where nearly all slopes are known already, the match is left out: the hypothesis tells the
+    pairs.
+    """
+    shrink = min(_SHRINK, max(1, min(images.shape[1:]) // _MIN_SIDE_PX))
     size = (images.shape[2] // shrink, images.shape[1] // shrink)
     small = np.stack([cv2.resize(image, size, interpolation=cv2.INTER_AREA) for image in images])
+    first = _match_quantiles(images, cameras.reference)
     small = _apply(small, first)
-    scales = Scales(noise=0.1 * float(np.std(small[cameras.reference])) + 1e-6, texture=0.0)
-    slope = search(small, cameras, window.shrunk(shrink), scales)
-    second = _match_pairs(small, cameras, slope)
+    small_window = window.shrunk(shrink)
+    slope = small_window.expected_px
+    if wide_share(small_window, cameras) > _FEW_UNKNOWN:
+        scales = Scales(noise=0.1 * float(np.std(small[cameras.reference])) + 1e-6, texture=0.0)
+        slope = search(small, cameras, small_window, scales)
+    soft = np.stack([mean(image, 1) for image in small])  # what sampling would smooth is gone
+    second = _match_pairs(soft, cameras, slope)
     both = [(g * h, g * p + q) for (h, p), (g, q) in zip(first, second, strict=True)]
     return _apply(images, both)
 
 
-def _apply(
-    images: NDArray[np.float32], gains_offsets: list[tuple[float, float]]
-) -> NDArray[np.float32]:
-    equal = np.empty_like(images)
+def _apply(images: Image, gains_offsets: list[tuple[float, float]]) -> NDArray[np.float32]:
+    equal = np.empty(images.shape, np.float32)
 
     def work(start: int, stop: int) -> None:
         for i in range(start, stop):
             gain, offset = gains_offsets[i]
-            np.multiply(images[i], np.float32(gain), out=equal[i])
+            np.multiply(images[i], np.float32(gain), out=equal[i], dtype=np.float32)
             equal[i] += np.float32(offset)
 
     run_in_bands(work, len(images))
     return equal
 
 
-def _match_quantiles(images: NDArray[np.float32], reference: int) -> list[tuple[float, float]]:
+def _match_quantiles(images: Image, reference: int) -> list[tuple[float, float]]:
     """First gain and offset of each view: the same share of pixels is darker than a quantile."""
-    samples = images[:, ::8, ::8].reshape(len(images), -1)
-    spread = np.quantile(samples, _QUANTILES, axis=1).T
+    stride = _stride(images.shape[1], images.shape[2])
+    samples = images[:, ::stride, ::stride].reshape(len(images), -1).astype(np.float32)
+    samples.sort(axis=1)
+    spread = samples[:, (_QUANTILES * (samples.shape[1] - 1)).astype(int)]
     return [_gain_offset(quantiles, spread[reference]) for quantiles in spread]
+
+
+def _stride(height: int, width: int) -> int:
+    return max(1, round((height * width / _PAIRS) ** 0.5))
 
 
 def _match_pairs(
@@ -63,20 +78,17 @@ def _match_pairs(
 ) -> list[tuple[float, float]]:
     """Gain and offset of each view from pixels that show the same point as the reference."""
     height, width = slope_px.shape
-    stride = max(1, round((height * width / _PAIRS) ** 0.5))
+    stride = _stride(height, width)
     grid = np.mgrid[stride // 2 : height : stride, stride // 2 : width : stride]
     rows, columns = grid.reshape(2, -1)
     target = images[cameras.reference, rows, columns]
+    slopes = slope_px[rows, columns]
     found = [(1.0, 0.0)] * len(images)
-
-    def work(start: int, stop: int) -> None:
-        for i in range(start, stop):
-            step = float(cameras.x_steps[i]), float(cameras.y_steps[i])
-            seen, grey = sample_view(images[i], *step, rows, columns, slope_px[rows, columns])
-            if i != cameras.reference and np.count_nonzero(seen) >= _FEWEST_PAIRS:
-                found[i] = _gain_offset(grey[seen], target[seen])
-
-    run_in_bands(work, len(images))
+    for i, image in enumerate(images):
+        step = float(cameras.x_steps[i]), float(cameras.y_steps[i])
+        seen, grey = sample_view(image, *step, rows, columns, slopes)
+        if i != cameras.reference and np.count_nonzero(seen) >= _FEWEST_PAIRS:
+            found[i] = _gain_offset(grey[seen], target[seen])
     return found
 
 

@@ -1,7 +1,8 @@
 """Grey values and their derivatives between the pixels of a view, along the epipolar line.
 
 Catmull and Rom, "A class of local interpolating splines" (1974): exact at the pixels, cubic between
-them. The images are padded once, so that no tap needs a border check.
+them. The images are padded once, so that no tap needs a border check. Where to look, fetching and
+weighing are loops of their own: only the middle one cannot be vectorised.
 """
 
 import numpy as np
@@ -14,8 +15,14 @@ _PAD = 2
 
 def pad(images: NDArray[np.float32]) -> NDArray[np.float32]:
     """Repeat the border pixels of (V, H, W) images, and flatten each: (V, (H + 4) * (W + 4))."""
-    padded = np.pad(images, ((0, 0), (_PAD, _PAD), (_PAD, _PAD)), mode="edge")
-    return padded.reshape(len(images), -1)
+    views, height, width = images.shape
+    padded = np.empty((views, height + 2 * _PAD, width + 2 * _PAD), np.float32)
+    padded[:, _PAD:-_PAD, _PAD:-_PAD] = images
+    padded[:, _PAD:-_PAD, :_PAD] = images[:, :, :1]
+    padded[:, _PAD:-_PAD, -_PAD:] = images[:, :, -1:]
+    padded[:, :_PAD] = padded[:, _PAD : _PAD + 1]
+    padded[:, -_PAD:] = padded[:, -_PAD - 1 : -_PAD]
+    return padded.reshape(views, -1)
 
 
 def sample_view(
@@ -64,11 +71,48 @@ def sample_points(
     Fills grey value, its derivative by the slope, and 1 where the point lies inside the view (0
     where it does not; grey value and derivative are then those at the reference pixel).
     """
-    stride = np.uintp(width + 2 * _PAD)
+    count = len(slope)
+    place = np.empty(count, np.int32)
+    shares = np.empty((2, count), np.float32)
+    taps = np.empty((4, count), np.float32)
+    _locate(height, width, columns, rows, slope, x_step, y_step, place, shares, seen)
+    stride = width + 2 * _PAD
+    if y_step == 0:
+        _fetch(padded, place, 1, taps)
+        _weigh(taps, shares[0], -x_step, grey, tilt)
+    elif x_step == 0:
+        _fetch(padded, place, stride, taps)
+        _weigh(taps, shares[1], -y_step, grey, tilt)
+    else:
+        values, tilts = np.empty((4, count), np.float32), np.empty((4, count), np.float32)
+        by_x, unused = np.empty(count, np.float32), np.empty(count, np.float32)
+        for k in range(4):
+            _fetch(padded[k * stride :], place - np.int32(stride), 1, taps)
+            _weigh(taps, shares[0], -x_step, values[k], tilts[k])
+        _weigh(tilts, shares[1], np.float32(1), by_x, unused)
+        _weigh(values, shares[1], -y_step, grey, tilt)
+        for u in range(count):
+            tilt[u] += by_x[u]
+
+
+@kernel()
+def _locate(
+    height: int,
+    width: int,
+    columns: NDArray[np.float32],
+    rows: NDArray[np.float32],
+    slope: NDArray[np.float32],
+    x_step: np.float32,
+    y_step: np.float32,
+    place: NDArray[np.int32],
+    shares: NDArray[np.float32],
+    seen: NDArray[np.float32],
+) -> None:
+    """Index of the pixel up and left of each point, and how far beyond it the point lies."""
     right, bottom = np.float32(width - 1), np.float32(height - 1)
-    on_row, on_column = y_step == 0, x_step == 0
-    step = np.uintp(1) if on_row else stride
-    per_slope = -x_step if on_row else -y_step
+    stride = np.int32(width + 2 * _PAD)
+    corner = np.int32(_PAD) * stride + np.int32(_PAD)
+    share_x, share_y = shares[0], shares[1]
     for u in range(len(slope)):
         x = columns[u] - slope[u] * x_step
         y = rows[u] - slope[u] * y_step
@@ -76,40 +120,42 @@ def sample_points(
         x = x if inside else columns[u]
         y = y if inside else rows[u]
         ix, iy = np.int32(x), np.int32(y)
-        fx, fy = x - np.float32(ix), y - np.float32(iy)
-        k = np.uintp(iy + _PAD) * stride + np.uintp(ix + _PAD)
+        place[u] = np.int32(np.int32(iy * stride) + ix) + corner
+        share_x[u] = x - np.float32(ix)
+        share_y[u] = y - np.float32(iy)
         seen[u] = np.float32(1) if inside else np.float32(0)
-        if on_row or on_column:
-            value, by_t = _spline(padded, k, step, fx if on_row else fy)
-            grey[u] = value
-            tilt[u] = per_slope * by_t
-        else:
-            v0, d0 = _spline(padded, k - stride, np.uintp(1), fx)
-            v1, d1 = _spline(padded, k, np.uintp(1), fx)
-            v2, d2 = _spline(padded, k + stride, np.uintp(1), fx)
-            v3, d3 = _spline(padded, k + stride + stride, np.uintp(1), fx)
-            value, by_y = _cubic(v0, v1, v2, v3, fy)
-            by_x, _ = _cubic(d0, d1, d2, d3, fy)
-            grey[u] = value
-            tilt[u] = -(x_step * by_x + y_step * by_y)
 
 
 @kernel()
-def _spline(
-    padded: NDArray[np.float32], k: np.uintp, step: np.uintp, t: np.float32
-) -> tuple[np.float32, np.float32]:
-    return _cubic(padded[k - step], padded[k], padded[k + step], padded[k + step + step], t)
+def _fetch(
+    padded: NDArray[np.float32], place: NDArray[np.int32], step: int, taps: NDArray[np.float32]
+) -> None:
+    """Four pixels in a line around each place, `step` apart."""
+    before, here, after, beyond = taps[0], taps[1], taps[2], taps[3]
+    reach = np.uintp(step)
+    for u in range(len(place)):
+        k = np.uintp(np.uint32(place[u]))
+        before[u] = padded[k - reach]
+        here[u] = padded[k]
+        after[u] = padded[k + reach]
+        beyond[u] = padded[k + reach + reach]
 
 
 @kernel()
-def _cubic(
-    a: np.float32, b: np.float32, c: np.float32, d: np.float32, t: np.float32
-) -> tuple[np.float32, np.float32]:
-    """Value and derivative at t between b (t = 0) and c (t = 1)."""
+def _weigh(
+    taps: NDArray[np.float32],
+    shares: NDArray[np.float32],
+    per_slope: np.float32,
+    value: NDArray[np.float32],
+    tilt: NDArray[np.float32],
+) -> None:
+    """Cubic through four taps: its value between the middle two, and its derivative."""
+    before, here, after, beyond = taps[0], taps[1], taps[2], taps[3]
     half = np.float32(0.5)
-    k1 = half * (c - a)
-    k2 = a - np.float32(2.5) * b + np.float32(2) * c - half * d
-    k3 = half * (d - a) + np.float32(1.5) * (b - c)
-    value = b + t * (k1 + t * (k2 + t * k3))
-    slope = k1 + t * (np.float32(2) * k2 + np.float32(3) * t * k3)
-    return value, slope
+    for u in range(len(value)):
+        a, b, c, d, t = before[u], here[u], after[u], beyond[u], shares[u]
+        k1 = half * (c - a)
+        k2 = a - np.float32(2.5) * b + np.float32(2) * c - half * d
+        k3 = half * (d - a) + np.float32(1.5) * (b - c)
+        value[u] = b + t * (k1 + t * (k2 + t * k3))
+        tilt[u] = per_slope * (k1 + t * (np.float32(2) * k2 + np.float32(3) * t * k3))

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -60,7 +61,12 @@ def measure_scales(images: NDArray[np.float32], reference: int) -> Scales:
     sampled = images[:: max(1, len(images) // _NOISE_VIEWS)]
     noise = float(np.median([noise_grey(image) for image in sampled]))
     grey = images[reference]
-    power = 0.5 * float((np.diff(grey, axis=0) ** 2).mean() + (np.diff(grey, axis=1) ** 2).mean())
+    power = 0.5 * (_mean_square(grey[1:], grey[:-1]) + _mean_square(grey[:, 1:], grey[:, :-1]))
     texture = max(power - 2.0 * noise**2, 0.0) ** 0.5
     floor = 1e-4 * float(np.ptp(grey)) + 1e-9
     return Scales(max(noise, floor), max(texture, floor))
+
+
+def _mean_square(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
+    """Mean squared difference of two maps."""
+    return float(cv2.norm(one, other, cv2.NORM_L2SQR)) / one.size

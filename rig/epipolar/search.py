@@ -34,15 +34,23 @@ _COARSE_MEDIAN_RADIUS_PX = 3
 def searches_coarse(cameras: Cameras, window: Window) -> bool:
     """Whether `search` looks at half size first, because the range has too many labels."""
     width_px = float(window.high_px.max()) - float(window.low_px.min())
-    wide = window.high_px - window.low_px > _NARROW_UP_TO_LABELS * cameras.step_px
-    return bool(wide.mean() >= _FEW) and width_px > _COARSE_FROM_LABELS * cameras.step_px
+    return wide_share(window, cameras) >= _FEW and width_px > _COARSE_FROM_LABELS * cameras.step_px
+
+
+def wide_share(window: Window, cameras: Cameras) -> float:
+    """Share of the pixels whose window is too wide for a narrow search."""
+    return float(_is_wide(window, cameras).mean())
+
+
+def _is_wide(window: Window, cameras: Cameras) -> NDArray[np.bool_]:
+    return window.high_px - window.low_px > _NARROW_UP_TO_LABELS * cameras.step_px
 
 
 def search(
     images: NDArray[np.float32], cameras: Cameras, window: Window, scales: Scales
 ) -> NDArray[np.float32]:
     """Slope of every pixel to within about a label, (H, W), inside its window."""
-    wide = window.high_px - window.low_px > _NARROW_UP_TO_LABELS * cameras.step_px
+    wide = _is_wide(window, cameras)
     if not wide.any():
         if window.widest_px() <= cameras.step_px:
             return window.expected_px
@@ -100,7 +108,8 @@ def _search_few(
     rows, columns = np.nonzero(wide)
     expected = window.expected_px[rows, columns]
     found = _search_coarse(images, cameras, window, 4)[rows, columns]
-    old, new = (_misfit(images, cameras, rows, columns, slope) for slope in (expected, found))
+    both = np.concatenate([expected, found])
+    old, new = np.split(_misfit(images, cameras, np.tile(rows, 2), np.tile(columns, 2), both), 2)
     slope = window.expected_px.copy()
     slope[rows, columns] = np.where(new < _CLEARLY * old, found, expected)
     return slope

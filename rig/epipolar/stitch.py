@@ -15,6 +15,7 @@ from rig.epipolar.kernel import kernel
 from rig.epipolar.rank import highest
 
 _SUMS = 11
+_BLOCK = 128
 _BEHIND_SHARE = np.float32(0.02)
 
 
@@ -62,14 +63,18 @@ def stitch(
     """
     height, width = slope_px.shape
     slope, variance, misfit = (np.empty((height, width), np.float32) for _ in range(3))
-    dy, dx = np.mgrid[-radius_px : radius_px + 1, -radius_px : radius_px + 1]
+    dy, dx = np.mgrid[0 : radius_px + 1, 1 : radius_px + 1]
     taken = (dy**2 + dx**2 <= (radius_px + 0.5) ** 2) & ((dy + dx) % stride_px == 0)
-    offsets = np.stack([dy[taken], dx[taken]], axis=1)
+    quarter = np.stack([dy[taken], dx[taken]], axis=1)
+    slopes, greys, lines, weights = (
+        np.pad(values, radius_px).ravel() for values in (slope_px, grey, line_px, information)
+    )
 
     def work(start: int, stop: int) -> None:
         _stitch(
-            slope_px, line_px, information, grey, offsets, np.float32(1 / slope_gate_px),
-            np.float32(1 / grey_gate), np.float32(ridge), start, stop, slope, variance, misfit,
+            slopes, greys, lines, weights, width + 2 * radius_px, quarter,
+            np.float32(1 / slope_gate_px), np.float32(1 / grey_gate), np.float32(ridge), radius_px,
+            start, stop, slope, variance, misfit,
         )  # fmt: skip
 
     run_in_bands(work, height)
@@ -79,43 +84,71 @@ def stitch(
 @kernel()
 def _stitch(
     start_slope: NDArray[np.float32],
+    grey: NDArray[np.float32],
     line: NDArray[np.float32],
     information: NDArray[np.float32],
-    grey: NDArray[np.float32],
-    offsets: NDArray[np.int64],
+    stride: int,
+    quarter: NDArray[np.int64],
     per_slope: np.float32,
     per_grey: np.float32,
     ridge: np.float32,
+    frame: int,
     start: int,
     stop: int,
     slope: NDArray[np.float32],
     variance: NDArray[np.float32],
     misfit: NDArray[np.float32],
 ) -> None:
-    height, width = line.shape
-    sums = np.empty((_SUMS, width), np.float32)
+    """Row by row in blocks whose sums stay in the first cache."""
+    width = slope.shape[1]
+    sums = np.empty(_SUMS * _BLOCK, np.float32)
     for v in range(start, stop):
-        sums[:] = np.float32(0)
-        for k in range(len(offsets)):
-            dy, dx = offsets[k, 0], offsets[k, 1]
-            first, last = max(0, -dx), min(width, width - dx)
-            if 0 <= v + dy < height and last > first:
+        for first in range(0, width, _BLOCK):
+            count = min(_BLOCK, width - first)
+            here = (v + frame) * stride + frame + first
+            _begin(here, count, start_slope, line, information, sums)
+            for k in range(len(quarter)):
+                dy, dx = quarter[k, 0], quarter[k, 1]
                 _add_neighbours(
-                    start_slope[v, first:last], grey[v, first:last],
-                    start_slope[v + dy, first + dx : last + dx],
-                    grey[v + dy, first + dx : last + dx], line[v + dy, first + dx : last + dx],
-                    information[v + dy, first + dx : last + dx], np.float32(dx), np.float32(dy),
-                    per_slope, per_grey, sums[:, first:last],
+                    here, count, dy * stride + dx, dx * stride - dy, start_slope, grey, line,
+                    information, np.float32(dx), np.float32(dy), per_slope, per_grey, sums,
                 )  # fmt: skip
-        _solve(sums, ridge, start_slope[v], slope[v], variance[v], misfit[v])
+            last = first + count
+            _solve(
+                sums, ridge, start_slope[here : here + count], slope[v, first:last],
+                variance[v, first:last], misfit[v, first:last],
+            )  # fmt: skip
+
+
+@kernel()
+def _begin(
+    here: int,
+    count: int,
+    start_slope: NDArray[np.float32],
+    line: NDArray[np.float32],
+    information: NDArray[np.float32],
+    sums: NDArray[np.float32],
+) -> None:
+    """Start the sums with the pixels themselves, at distance 0."""
+    sums[:] = np.float32(0)
+    for i in range(count):
+        u, c = np.uintp(i), np.uintp(here + i)
+        w = information[c]
+        m = line[c] - start_slope[c]
+        sums[u] = w
+        sums[u + np.uintp(6 * _BLOCK)] = w * m
+        sums[u + np.uintp(9 * _BLOCK)] = w * m * m
+        sums[u + np.uintp(10 * _BLOCK)] = np.float32(1)
 
 
 @kernel()
 def _add_neighbours(
+    here: int,
+    count: int,
+    one_way: int,
+    other_way: int,
     start_slope: NDArray[np.float32],
     grey: NDArray[np.float32],
-    near_slope: NDArray[np.float32],
-    near_grey: NDArray[np.float32],
     line: NDArray[np.float32],
     information: NDArray[np.float32],
     dx: np.float32,
@@ -124,30 +157,48 @@ def _add_neighbours(
     per_grey: np.float32,
     sums: NDArray[np.float32],
 ) -> None:
+    """Add the four neighbours at (dx, dy), (-dy, dx) and opposite: most of their moments agree.
+
+    The sums lie `_BLOCK` apart in one array, so that the compiler sees that they are apart.
+    """
+    xx, xy, yy = dx * dx, dx * dy, dy * dy
+    for i in range(count):
+        u, c = np.uintp(i), np.uintp(here + i)
+        m0, g0 = start_slope[c], grey[c]
+        p, q = np.uintp(here + i + one_way), np.uintp(here + i - one_way)
+        r, s = np.uintp(here + i + other_way), np.uintp(here + i - other_way)
+        gp = _gate((start_slope[p] - m0) * per_slope, (grey[p] - g0) * per_grey)
+        gq = _gate((start_slope[q] - m0) * per_slope, (grey[q] - g0) * per_grey)
+        gr = _gate((start_slope[r] - m0) * per_slope, (grey[r] - g0) * per_grey)
+        gs = _gate((start_slope[s] - m0) * per_slope, (grey[s] - g0) * per_grey)
+        wp, wq = gp * information[p], gq * information[q]
+        wr, ws = gr * information[r], gs * information[s]
+        mp, mq, mr, ms = line[p] - m0, line[q] - m0, line[r] - m0, line[s] - m0
+        vp, vq, vr, vs = wp * mp, wq * mq, wr * mr, ws * ms
+        one, other = wp + wq, wr + ws
+        one_odd, other_odd = wp - wq, wr - ws
+        m_odd, n_odd = vp - vq, vr - vs
+        sums[u] += one + other
+        sums[u + np.uintp(_BLOCK)] += dx * one_odd - dy * other_odd
+        sums[u + np.uintp(2 * _BLOCK)] += dy * one_odd + dx * other_odd
+        sums[u + np.uintp(3 * _BLOCK)] += xx * one + yy * other
+        sums[u + np.uintp(4 * _BLOCK)] += xy * (one - other)
+        sums[u + np.uintp(5 * _BLOCK)] += yy * one + xx * other
+        sums[u + np.uintp(6 * _BLOCK)] += (vp + vq) + (vr + vs)
+        sums[u + np.uintp(7 * _BLOCK)] += dx * m_odd - dy * n_odd
+        sums[u + np.uintp(8 * _BLOCK)] += dy * m_odd + dx * n_odd
+        sums[u + np.uintp(9 * _BLOCK)] += (vp * mp + vq * mq) + (vr * mr + vs * ms)
+        sums[u + np.uintp(10 * _BLOCK)] += (gp + gq) + (gr + gs)
+
+
+@kernel()
+def _gate(slope_difference: np.float32, grey_difference: np.float32) -> np.float32:
+    """Tukey's biweight of the one, a squared Cauchy weight of the other."""
     one = np.float32(1)
-    s0, s1, s2, s3, s4 = sums[0], sums[1], sums[2], sums[3], sums[4]
-    s5, s6, s7, s8, s9, s10 = sums[5], sums[6], sums[7], sums[8], sums[9], sums[10]
-    for u in range(len(line)):
-        a = (near_slope[u] - start_slope[u]) * per_slope
-        b = (near_grey[u] - grey[u]) * per_grey
-        near = max(one - a * a, np.float32(0))
-        like = one + b * b
-        gate = near * near / (like * like)
-        w = gate * information[u]
-        m = line[u] - start_slope[u]
-        wx = w * dx
-        wy = w * dy
-        s0[u] += w
-        s1[u] += wx
-        s2[u] += wy
-        s3[u] += wx * dx
-        s4[u] += wx * dy
-        s5[u] += wy * dy
-        s6[u] += w * m
-        s7[u] += wx * m
-        s8[u] += wy * m
-        s9[u] += w * m * m
-        s10[u] += gate
+    near = max(one - slope_difference * slope_difference, np.float32(0))
+    like = one + grey_difference * grey_difference
+    share = near / like
+    return share * share
 
 
 @kernel()
@@ -161,11 +212,11 @@ def _solve(
 ) -> None:
     """Eliminate the two tilts from the 3 x 3 normal equations, then the value at the centre."""
     for u in range(len(start_slope)):
-        s, sx, sy = sums[0, u], sums[1, u], sums[2, u]
-        xx = sums[3, u] + ridge
-        xy = sums[4, u]
-        yy = sums[5, u] + ridge
-        sm, xm, ym = sums[6, u], sums[7, u], sums[8, u]
+        s, sx, sy = sums[u], sums[u + 1 * _BLOCK], sums[u + 2 * _BLOCK]
+        xx = sums[u + 3 * _BLOCK] + ridge
+        xy = sums[u + 4 * _BLOCK]
+        yy = sums[u + 5 * _BLOCK] + ridge
+        sm, xm, ym = sums[u + 6 * _BLOCK], sums[u + 7 * _BLOCK], sums[u + 8 * _BLOCK]
         det = xx * yy - xy * xy
         if s > np.float32(1e-9) and det > 0:
             kx = (sx * yy - sy * xy) / det
@@ -177,8 +228,8 @@ def _solve(
                 c = (xx * (ym - sy * a) - xy * (xm - sx * a)) / det
                 slope[u] = start_slope[u] + a
                 variance[u] = np.float32(1) / info
-                rest = sums[9, u] - a * sm - b * xm - c * ym
-                misfit[u] = rest / sums[10, u] if rest > 0 else np.float32(0)
+                rest = sums[u + 9 * _BLOCK] - a * sm - b * xm - c * ym
+                misfit[u] = rest / sums[u + 10 * _BLOCK] if rest > 0 else np.float32(0)
                 continue
         slope[u] = start_slope[u]
         variance[u] = np.float32(np.inf)
