@@ -6,6 +6,7 @@ from typing import Protocol, Self
 
 import serial
 
+from drivers.serial_ports import resolve_port
 from rig.devices import Clock
 from rig.errors import DeviceLostError, DeviceNotFoundError
 
@@ -41,7 +42,7 @@ class SerialLine:
         """Describe the line without opening it.
 
         Args:
-            port: device path, or a pyserial URL such as `socket://host:port`.
+            port: device path, `usb-serial:NUMBER`, or a pyserial URL such as `socket://host:port`.
             baud: bits per second; 8 data bits, no parity, 1 stop bit.
             clock: on which deadlines are measured.
             device: name used in errors.
@@ -83,9 +84,10 @@ class SerialLine:
         Raises:
             DeviceNotFoundError: it is not there, in use, or not permitted.
         """
+        port = resolve_port(self._port, device=self._device)
         try:
             self._serial = serial.serial_for_url(
-                self._port,
+                port,
                 baudrate=self._baud,
                 timeout=SLICE_S,
                 write_timeout=WRITE_TIMEOUT_S,
