@@ -211,7 +211,7 @@ class GrblLink:
             self._dialogue.write(RESET)
             if self._await_banner() is not None:
                 self._drain()
-                self.is_homed = self.is_homed and self._is_idle()
+                self.is_homed = self.is_homed and self._is_unlocked()
                 return
         raise DeviceLostError(
             self._device,
@@ -234,13 +234,14 @@ class GrblLink:
             if isinstance(reply, Banner):
                 self.is_homed = False
 
-    def _is_idle(self) -> bool:
+    def _is_unlocked(self) -> bool:
+        """Whether the reset has kept the position; a hold may come late from another thread."""
         for _ in range(STATUS_ATTEMPTS):
             self._dialogue.write(STATUS)
             deadline_s = self._clock.now_s() + STATUS_TIMEOUT_S
             while (reply := self._dialogue.next(deadline_s)) is not None:
                 if isinstance(reply, Status):
-                    return reply.state == "Idle"
+                    return reply.state in {"Idle", "Hold:0"}
         return False
 
     def _notice(self, reply: Reply) -> None:

@@ -20,6 +20,8 @@ from rig.profile import StageConfig
 
 READING_TIMEOUT_S = 3.0
 """Longest wait for the position of a stage that should stand."""
+SOONEST = 0.9
+"""Part of the way's time at full speed before which no move can have ended."""
 
 
 class Controller(Protocol):
@@ -220,8 +222,8 @@ class SerialStage:
                 here_mm = self._read_position("before the move", READING_TIMEOUT_S)
                 before_mm = position_mm - self._config.approach_mm
                 if here_mm > before_mm:
-                    self._go(before_mm, deadline_s, what)
-                return self._go(position_mm, deadline_s, what)
+                    here_mm = self._go(here_mm, before_mm, deadline_s, what)
+                return self._go(here_mm, position_mm, deadline_s, what)
             except BaseException as error:
                 self._halt_after(error)
                 raise
@@ -246,16 +248,30 @@ class SerialStage:
 
     # -- moving -------------------------------------------------------------------------------
 
-    def _go(self, wanted_mm: float, deadline_s: float, what: str) -> float:
+    def _go(self, here_mm: float, wanted_mm: float, deadline_s: float, what: str) -> float:
         """Make one straight motion and prove its end."""
         self._may_be_moving = True
+        start_s = self._clock.now_s()
         self._controller.move(machine_mm(self._config, wanted_mm))
         self._read_position(what, max(0.0, deadline_s - self._clock.now_s()))
         self._controller.confirm_end()
         reached_mm = self._read_position(what, READING_TIMEOUT_S)
         check_reached(self._config, wanted_mm, reached_mm, device=self._name)
+        self._check_not_too_early(abs(reached_mm - here_mm), self._clock.now_s() - start_s, what)
         self._may_be_moving = False
         return reached_mm
+
+    def _check_not_too_early(self, way_mm: float, took_s: float, what: str) -> None:
+        """See that the way was possible in this time: a controller may claim what is not so."""
+        least_s = SOONEST * way_mm / self._config.speed_mm_s
+        if took_s < least_s:
+            raise StageAlarmError(
+                self._name,
+                f"{what}, the controller claims {way_mm:.3f} mm after {took_s:.2f} s, at "
+                f"{self._config.speed_mm_s:.1f} mm/s that takes at least {least_s:.2f} s; "
+                "see whether the carriage moves at all, then home again",
+                code="too early",
+            )
 
     def _read_position(self, what: str, timeout_s: float) -> float:
         """Return the distance at which the homed stage comes to rest."""

@@ -10,11 +10,14 @@ from rig.devices import Camera, Clock, Stage, SystemClock
 from rig.errors import ConfigError, DeviceError
 from rig.profile import (
     FolderCameraConfig,
+    GrblStageConfig,
+    MarlinStageConfig,
     OakCameraConfig,
     Profile,
     SimCameraConfig,
     StageConfig,
     V4l2CameraConfig,
+    ZaberStageConfig,
 )
 
 if TYPE_CHECKING:
@@ -153,9 +156,19 @@ class _Bench:
         return self._world
 
     def stage(self, config: StageConfig) -> Stage:
-        from drivers.grbl import grbl_stage
+        match config:
+            case GrblStageConfig():
+                from drivers.grbl import grbl_stage
 
-        return grbl_stage(config, self.clock)
+                return grbl_stage(config, self.clock)
+            case ZaberStageConfig():
+                from drivers.zaber import zaber_stage
+
+                return zaber_stage(config, self.clock)
+            case MarlinStageConfig():
+                from drivers.marlin import marlin_stage
+
+                return marlin_stage(config, self.clock)
 
 
 def serve_simulated_stage(profile: Profile, on_ready: Callable[[str], None]) -> None:

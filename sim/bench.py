@@ -5,11 +5,13 @@ from contextlib import ExitStack, contextmanager
 
 from rig.devices import Clock, SystemClock
 from rig.errors import ConfigError
-from rig.profile import Profile, WorldConfig
+from rig.profile import FirmwareConfig, Profile, StageProtocol, WorldConfig
 from sim.carriage import Carriage
 from sim.clock import VirtualClock
 from sim.firmware.grbl import GrblFirmware
-from sim.wire import plug
+from sim.firmware.marlin import MarlinFirmware
+from sim.firmware.zaber import ZaberFirmware
+from sim.wire import Firmware, plug
 from sim.wire.serve import serve_on_pty
 from sim.world import World
 
@@ -31,9 +33,22 @@ def plugged_world(profile: Profile, *, uses_stage: bool) -> Generator[World]:
     scene = config.sweep_scene if uses_stage else config.capture_scene
     with ExitStack() as stack:
         if uses_stage and profile.stage is not None and profile.stage.port.startswith("sim://"):
-            firmware = GrblFirmware(config.firmware, carriage, clock)
+            firmware = make_firmware(profile.stage.kind, config.firmware, carriage, clock)
             stack.enter_context(plug(profile.stage.port, firmware))
         yield World(profile, clock=clock, carriage=carriage, scene=scene)
+
+
+def make_firmware(
+    protocol: StageProtocol, config: FirmwareConfig, carriage: Carriage, clock: Clock
+) -> Firmware:
+    """Return the controller that speaks a protocol and moves `carriage`."""
+    match protocol:
+        case "grbl":
+            return GrblFirmware(config, carriage, clock)
+        case "zaber":
+            return ZaberFirmware(config, carriage, clock)
+        case "marlin":
+            return MarlinFirmware(config, carriage, clock)
 
 
 def serve_stage(profile: Profile, on_ready: Callable[[str], None]) -> None:

@@ -10,10 +10,19 @@ from rig.profile.cameras import (
 from rig.profile.models import Profile, SweepConfig, TargetConfig, ViewConfig
 from rig.profile.stages import (
     GrblStageConfig,
+    MarlinStageConfig,
     SerialStageConfig,
     StageConfig,
+    StageProtocol,
+    ZaberStageConfig,
 )
-from rig.profile.world import CarriageConfig, FirmwareConfig, WorldConfig
+from rig.profile.world import (
+    CarriageConfig,
+    FirmwareConfig,
+    MarlinFirmwareConfig,
+    WorldConfig,
+    ZaberFirmwareConfig,
+)
 
 __all__ = [
     "CameraConfig",
@@ -21,14 +30,19 @@ __all__ = [
     "FirmwareConfig",
     "FolderCameraConfig",
     "GrblStageConfig",
+    "MarlinFirmwareConfig",
+    "MarlinStageConfig",
     "OakCameraConfig",
     "Profile",
     "SerialStageConfig",
     "SimCameraConfig",
     "StageConfig",
+    "StageProtocol",
     "SweepConfig",
     "TargetConfig",
     "V4l2CameraConfig",
     "ViewConfig",
     "WorldConfig",
+    "ZaberFirmwareConfig",
+    "ZaberStageConfig",
 ]

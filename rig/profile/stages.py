@@ -1,10 +1,13 @@
 """Stages in a profile: one closed model per kind, told apart by `kind`."""
 
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from rig.profile.model import Model, NotNegative, Positive, Span
+
+StageProtocol = Literal["grbl", "zaber", "marlin"]
+"""What a stage's controller speaks; the `kind` of its section."""
 
 
 class SerialStageConfig(Model):
@@ -56,4 +59,32 @@ class GrblStageConfig(SerialStageConfig):
     """The controller's axis that carries the board."""
 
 
-StageConfig = GrblStageConfig
+class ZaberStageConfig(SerialStageConfig):
+    """A linear stage that speaks the Zaber ASCII protocol, alone or in a daisy chain."""
+
+    kind: Literal["zaber"]
+    """Selects the Zaber ASCII protocol."""
+    device_address: int = Field(default=1, ge=1, le=99)
+    """Number of the device in the chain."""
+    axis_number: int = Field(default=1, ge=1, le=9)
+    """The device's axis that carries the board."""
+    microstep_mm: Positive
+    """Way of one microstep: the lead of the spindle over full steps per turn and `resolution`; see
+    the stage's data sheet."""
+    replies_with_checksum: bool = True
+    """Whether the device ends its replies with a checksum (its setting comm.checksum); `true`
+    refuses replies without one."""
+
+
+class MarlinStageConfig(SerialStageConfig):
+    """A linear stage behind a Marlin 2 controller (a 3D printer's board)."""
+
+    kind: Literal["marlin"]
+    """Selects Marlin's dialect of G-code."""
+    axis: Literal["X", "Y", "Z"] = "X"
+    """The controller's axis that carries the board."""
+
+
+StageConfig = Annotated[
+    GrblStageConfig | ZaberStageConfig | MarlinStageConfig, Field(discriminator="kind")
+]

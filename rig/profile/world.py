@@ -75,6 +75,36 @@ class CarriageConfig(Model):
     """Whether the reference switch works; homing fails without it."""
 
 
+class ZaberFirmwareConfig(Model):
+    """What a simulated Zaber chain has beyond `FirmwareConfig`."""
+
+    addresses: tuple[int, ...] = (1,)
+    """Numbers of the devices in the chain."""
+    address: int = 1
+    """The device that carries the board,"""
+    axis: int = Field(default=1, ge=1)
+    """and which of its axes does."""
+    axes: int = Field(default=1, ge=1, le=9)
+    """How many axes every device has."""
+    version: str = "7.33"
+    """Firmware version."""
+    serial_number: int = 91000
+    """Serial number of a device less its address."""
+    checksum: bool = True
+    """Whether answers end with a checksum."""
+
+
+class MarlinFirmwareConfig(Model):
+    """What a simulated Marlin has beyond `FirmwareConfig`."""
+
+    emergency_parser: bool = True
+    """Whether M112 and M410 are heeded at once, even while another command is at work."""
+    advanced_ok: bool = False
+    """Whether `ok` tells the number of its line."""
+    busy_s: Positive = 2.0
+    """Time between two `echo:busy` while a command is at work."""
+
+
 class FirmwareConfig(Model):
     """Settings of the simulated controller."""
 
@@ -104,6 +134,12 @@ class FirmwareConfig(Model):
     """Whether the closing switch stops everything."""
     steps_per_mm: Positive = 400.0
     """Resolution of the motor."""
+    grbl_dialect: Literal["grbl", "grblhal", "fluidnc"] = "grbl"
+    """Which descendant of GRBL a GRBL controller is."""
+    zaber: ZaberFirmwareConfig = ZaberFirmwareConfig()
+    """More, where the controller is a Zaber chain."""
+    marlin: MarlinFirmwareConfig = MarlinFirmwareConfig()
+    """More, where it is a Marlin."""
 
 
 class TemperatureConfig(Model):

@@ -82,7 +82,22 @@ class BrownOut:
     after_bytes: int
 
 
-Fault = Drop | Duplicate | Garble | Delay | Split | Silence | HangUp | BrownOut
+@dataclass(frozen=True, slots=True)
+class Trip:
+    """Something goes wrong in the machine, and the controller raises its alarm."""
+
+    after_bytes: int
+
+
+@dataclass(frozen=True, slots=True)
+class Lie:
+    """The controller claims in its next reports that the board has arrived."""
+
+    after_bytes: int
+    reports: int = 1
+
+
+Fault = Drop | Duplicate | Garble | Delay | Split | Silence | HangUp | BrownOut | Trip | Lie
 
 
 class FaultyWire:
@@ -128,9 +143,21 @@ class FaultyWire:
         times_s = [self._firmware.next_event_s(), *(lane.due_s for lane in self._lanes.values())]
         return min((t for t in times_s if t is not None), default=None)
 
+    def port_opened(self) -> None:
+        """See `Firmware.port_opened`."""
+        self._firmware.port_opened()
+
     def hard_reset(self) -> None:
         """See `Firmware.hard_reset`."""
         self._firmware.hard_reset()
+
+    def trip(self) -> None:
+        """See `Firmware.trip`."""
+        self._firmware.trip()
+
+    def lie(self, reports: int) -> None:
+        """See `Firmware.lie`."""
+        self._firmware.lie(reports)
 
     def _deliver(self) -> None:
         data = self._lanes["device"].arrived(self.clock.now_s())
@@ -159,7 +186,11 @@ class FaultyWire:
                 self._struck += 1
                 self._firmware.hard_reset()
                 return ()
-            case HangUp() | BrownOut():
+            case Trip() | Lie() if not self._struck:
+                self._struck += 1
+                self._upset()
+                return (byte,)
+            case HangUp() | BrownOut() | Trip() | Lie():
                 return (byte,)
             case fault if fault.toward != toward:
                 return (byte,)
@@ -174,6 +205,15 @@ class FaultyWire:
                 return (byte,)
             case fault:
                 return self._spoil(fault, byte)
+
+    def _upset(self) -> None:
+        match self._fault:
+            case Trip():
+                self._firmware.trip()
+            case Lie(reports=reports):
+                self._firmware.lie(reports)
+            case _:
+                pass
 
     def _spoil(self, fault: Drop | Duplicate | Garble, byte: int) -> tuple[int, ...]:
         if self._struck >= fault.count:

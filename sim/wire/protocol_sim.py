@@ -23,7 +23,7 @@ class Serial(SerialBase):
     _received: bytearray
 
     def open(self) -> None:
-        """Take the socket and reset the firmware, as raising DTR does on a real board.
+        """Take the socket; the firmware notices, as a real board does by DTR.
 
         Raises:
             SerialException: nothing is plugged in there, or another program has it.
@@ -40,7 +40,7 @@ class Serial(SerialBase):
                 raise SerialException(
                     errno.EBUSY, f"could not open port {self.port}: used by another program"
                 )
-            socket.firmware.hard_reset()
+            socket.firmware.port_opened()
             socket.is_taken = True
         self._received = bytearray()
         self._socket = socket

@@ -59,7 +59,7 @@ def _serve(server: int, firmware: Firmware) -> None:
             unsent = b""
             # A terminal that echoes would send the firmware its own words as commands.
             tty.setraw(server, termios.TCSANOW)
-            firmware.hard_reset()
+            firmware.port_opened()
         if events & select.POLLIN:
             firmware.receive(os.read(server, CHUNK_BYTES))
         unsent += firmware.transmit()

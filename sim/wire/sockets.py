@@ -34,8 +34,20 @@ class Firmware(Protocol):
         """Return when something will happen by itself; None if nothing will."""
         ...
 
+    def port_opened(self) -> None:
+        """Take note that a program has opened the port; many boards reset on it (DTR)."""
+        ...
+
     def hard_reset(self) -> None:
-        """Start again, as an Uno does when its port is opened (DTR)."""
+        """Start again with fresh power."""
+        ...
+
+    def trip(self) -> None:
+        """Let go wrong what this kind of controller answers with an alarm."""
+        ...
+
+    def lie(self, reports: int) -> None:
+        """Claim in the next reports that the board has arrived, wherever it is."""
         ...
 
 

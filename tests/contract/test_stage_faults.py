@@ -1,14 +1,15 @@
-"""Whatever happens on the wire, a stage never reports a place where the board is not.
+"""Whatever happens on the wire, no stage ever reports a place where the board is not.
 
-Every fault of `sim.wire.faults` strikes at seeded moments of one session: open, home, move there
-and back. Then one of two things must hold: all went well and the board truly is where it was
-reported, or one of our errors was told, in bounded time, and the motor stands unless the error
-says that it could not be stopped.
+With every protocol, every fault of `sim.wire.faults` strikes at seeded moments of one session:
+open, home, move there and back. Then one of two things must hold: all went well and the board
+truly is where it was reported, or one of our errors was told, in bounded time, and the motor stands
+unless the error says that it could not be stopped.
 """
 
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import pytest
 
@@ -22,18 +23,19 @@ from sim.wire.faults import (
     FaultyWire,
     Garble,
     HangUp,
+    Lie,
     Silence,
     Split,
     Toward,
+    Trip,
 )
-from tests.support.stages import simulated_bench
+from tests.support.stages import MARLIN, STAGE, ZABER, simulated_bench
 
 PLACES_MM = (150.0, 121.0, 199.0)
 MOVE_TIMEOUT_S = 10.0
 LONGEST_S = 90.0
 """Opening, homing, moves and stopping, each with all its attempts, take no longer together."""
-LATEST_BYTE = 4500
-"""About as many bytes pass in a session without a fault."""
+STAGES = {config.kind: config for config in (STAGE, ZABER, MARLIN)}
 MICROSTEP_MM = 0.004
 
 
@@ -52,6 +54,8 @@ MAKERS: dict[str, Callable[[int, random.Random], Fault]] = {
     "silence": lambda at, _: Silence(at),
     "hang up": lambda at, _: HangUp(at),
     "brown-out": lambda at, _: BrownOut(at),
+    "trip": lambda at, _: Trip(at),
+    "lie": lambda at, rng: Lie(at, rng.choice((1, 1, 2, 3))),
 }
 
 
@@ -64,7 +68,7 @@ class Session:
     took_s: float
 
 
-def run_session(fault: Fault) -> Session:
+def run_session(protocol: str, fault: Fault) -> Session:
     wires: list[FaultyWire] = []
 
     def before(firmware: object) -> FaultyWire:
@@ -72,7 +76,7 @@ def run_session(fault: Fault) -> Session:
         return wires[0]
 
     told: RigError | None = None
-    with simulated_bench(before=before) as bench:
+    with simulated_bench(STAGES[protocol], before=before) as bench:
         start_s = bench.clock.now_s()
         try:
             with bench.stage as stage:
@@ -89,31 +93,41 @@ def run_session(fault: Fault) -> Session:
     return Session(wires[0], told, took_s)
 
 
-def test_without_a_fault_all_is_well() -> None:
-    session = run_session(Drop(10**9, "host"))
+@cache
+def bytes_of_a_session(protocol: str) -> int:
+    """How many bytes pass in a session without a fault."""
+    return run_session(protocol, Drop(10**9, "host")).wire.passed_bytes
+
+
+@pytest.mark.parametrize("protocol", STAGES)
+def test_without_a_fault_all_is_well(protocol: str) -> None:
+    session = run_session(protocol, Drop(10**9, "host"))
     assert session.error is None
     assert not session.wire.has_struck
-    assert session.wire.passed_bytes == pytest.approx(LATEST_BYTE, rel=0.2)
 
 
-def strike(kind: str, count: int, seed: int) -> list[Session]:
-    rng = random.Random(f"{kind} {seed}")  # noqa: S311
-    return [run_session(MAKERS[kind](rng.randrange(LATEST_BYTE), rng)) for _ in range(count)]
+def strike(protocol: str, kind: str, count: int, seed: int) -> list[Session]:
+    rng = random.Random(f"{protocol} {kind} {seed}")  # noqa: S311
+    latest = bytes_of_a_session(protocol)
+    return [run_session(protocol, MAKERS[kind](rng.randrange(latest), rng)) for _ in range(count)]
 
 
 @pytest.mark.parametrize("kind", MAKERS)
-def test_a_fault_never_gives_a_wrong_place(kind: str) -> None:
-    sessions = strike(kind, 8, seed=1)
+@pytest.mark.parametrize("protocol", STAGES)
+def test_a_fault_never_gives_a_wrong_place(protocol: str, kind: str) -> None:
+    sessions = strike(protocol, kind, 4, seed=1)
     assert any(session.wire.has_struck for session in sessions)
 
 
-@pytest.mark.parametrize("kind", ["silence", "hang up", "brown-out"])
-def test_what_ends_the_dialogue_is_always_told(kind: str) -> None:
-    for session in strike(kind, 4, seed=2):
+@pytest.mark.parametrize("kind", ["silence", "hang up", "brown-out", "trip"])
+@pytest.mark.parametrize("protocol", STAGES)
+def test_what_ends_the_dialogue_is_always_told(protocol: str, kind: str) -> None:
+    for session in strike(protocol, kind, 3, seed=2):
         assert session.error is not None or not session.wire.has_struck
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", MAKERS)
-def test_a_fault_never_gives_a_wrong_place_at_many_moments(kind: str) -> None:
-    strike(kind, 150, seed=3)
+@pytest.mark.parametrize("protocol", STAGES)
+def test_a_fault_never_gives_a_wrong_place_at_many_moments(protocol: str, kind: str) -> None:
+    strike(protocol, kind, 25, seed=3)

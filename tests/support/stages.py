@@ -5,11 +5,21 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from drivers.grbl import grbl_stage
+from drivers.marlin import marlin_stage
 from drivers.serial_stage import SerialStage
-from rig.profile import CarriageConfig, FirmwareConfig, GrblStageConfig
+from drivers.zaber import zaber_stage
+from rig.devices import Clock
+from rig.profile import (
+    CarriageConfig,
+    FirmwareConfig,
+    GrblStageConfig,
+    MarlinStageConfig,
+    StageConfig,
+    ZaberStageConfig,
+)
+from sim.bench import make_firmware
 from sim.carriage import Carriage
 from sim.clock import VirtualClock
-from sim.firmware.grbl import GrblFirmware
 from sim.wire import Firmware, plug
 
 URL = "sim://test-stage"
@@ -20,6 +30,25 @@ STAGE = GrblStageConfig(
     port=URL,
     travel_mm=(110.0, 200.0),
     distance_at_machine_zero_mm=ZERO_MM,
+    speed_mm_s=80.0,
+    homing_timeout_s=20.0,
+)
+ZABER = ZaberStageConfig(
+    kind="zaber",
+    port=URL,
+    travel_mm=STAGE.travel_mm,
+    distance_at_machine_zero_mm=ZERO_MM,
+    direction=-1,
+    speed_mm_s=80.0,
+    homing_timeout_s=20.0,
+    microstep_mm=0.0025,
+)
+MARLIN = MarlinStageConfig(
+    kind="marlin",
+    port=URL,
+    travel_mm=STAGE.travel_mm,
+    distance_at_machine_zero_mm=ZERO_MM,
+    direction=-1,
     speed_mm_s=80.0,
     homing_timeout_s=20.0,
 )
@@ -51,9 +80,20 @@ class Bench:
         )
 
 
+def make_stage(config: StageConfig, clock: Clock) -> SerialStage:
+    """Return the stage of a profile, not yet opened."""
+    match config:
+        case GrblStageConfig():
+            return grbl_stage(config, clock)
+        case ZaberStageConfig():
+            return zaber_stage(config, clock)
+        case MarlinStageConfig():
+            return marlin_stage(config, clock)
+
+
 @contextmanager
 def simulated_bench(
-    stage: GrblStageConfig = STAGE,
+    stage: StageConfig = STAGE,
     firmware: FirmwareConfig = FIRMWARE,
     carriage: CarriageConfig = CARRIAGE,
     before: Callable[[Firmware], Firmware] = lambda firmware: firmware,
@@ -68,6 +108,6 @@ def simulated_bench(
     """
     clock = VirtualClock(100.0)
     mechanics = Carriage(carriage, clock)
-    wire = before(GrblFirmware(firmware, mechanics, clock))
+    wire = before(make_firmware(stage.kind, firmware, mechanics, clock))
     with plug(URL, wire):
-        yield Bench(grbl_stage(stage, clock), clock, mechanics, wire)
+        yield Bench(make_stage(stage, clock), clock, mechanics, wire)

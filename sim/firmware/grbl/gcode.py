@@ -6,9 +6,8 @@ Words G0 G1 G4 G20 G21 G53 G54 G80 G90 G91 G92 G94, X Y Z F N P S T; everything 
 
 from dataclasses import dataclass, replace
 
-from sim.firmware.grbl.settings import AXES, NUMBER
-
-Vector = tuple[float, float, float]
+from sim.firmware.axes import AXES, Vector
+from sim.firmware.grbl.settings import NUMBER
 
 EXPECTED_LETTER = 1
 BAD_NUMBER = 2

@@ -1,15 +1,16 @@
 """The state of the simulated GRBL, and the interrupts that change it."""
 
 from collections import deque
-from collections.abc import Generator
 from dataclasses import dataclass
 
 from rig.profile import FirmwareConfig
 from sim.carriage import Carriage
+from sim.firmware.axes import AXES
+from sim.firmware.chip import Program
 from sim.firmware.grbl.gcode import Modes
 from sim.firmware.grbl.report import Snapshot, State, StatusReports
-from sim.firmware.grbl.settings import AXES, GrblSettings
-from sim.firmware.grbl.steppers import Steppers
+from sim.firmware.grbl.settings import GrblSettings
+from sim.firmware.steppers import Steppers
 
 RECEIVE_BYTES = 128
 
@@ -19,9 +20,6 @@ ABORT_CYCLE = 3
 HOMING_RESET = 6
 HOMING_PULL_OFF = 8
 HOMING_NO_SWITCH = 9
-
-Program = Generator[None, None, None]
-"""A part of the firmware that may wait; it yields while it does."""
 
 
 @dataclass(slots=True)
@@ -52,7 +50,9 @@ class Machine:
         self.power_up()
 
     def power_up(self) -> None:
-        """Start as with fresh power: position unknown, locked if there is a switch to find."""
+        """See `Chip.power_up`; the position is unknown, and locked if there is a switch to find."""
+        self.steppers.kill(self.now_s, slips=True)
+        self._lies = 0
         self.wake_s: float | None = None
         self.is_booting = True
         self.state = State.ALARM if self.settings.homing else State.IDLE
@@ -90,10 +90,12 @@ class Machine:
         """Return what a status report tells now."""
         steppers = self.steppers
         is_pressed = steppers.end_s is None and steppers.is_switch_closed
+        is_lying = self._lies > 0
+        self._lies = max(0, self._lies - 1)
         return Snapshot(
-            state=self.state,
+            state=State.IDLE if is_lying else self.state,
             is_held=self.is_suspended,
-            position_mm=steppers.position_mm(self.now_s),
+            position_mm=steppers.planned_mm if is_lying else steppers.position_mm(self.now_s),
             offset_mm=self.modes.offset_mm,
             speed_mm_s=steppers.speed_mm_s(self.now_s),
             free_blocks=steppers.free_blocks,
@@ -153,6 +155,20 @@ class Machine:
         if is_homing or self.steppers.end_s is not None:
             self.flags.alarm = self.flags.alarm or (HOMING_RESET if is_homing else ABORT_CYCLE)
             self.steppers.kill(self.now_s, slips=True)
+
+    def trip(self) -> None:
+        """See `Chip.trip`: noise on the wire of a limit switch; a hard limit."""
+        self.reset()
+        self.flags.alarm = HARD_LIMIT
+
+    def lie(self, reports: int) -> None:
+        """See `Chip.lie`."""
+        self._lies = reports
+
+    @property
+    def is_asleep(self) -> bool:
+        """Whether the motors have no current until the next reset."""
+        return self.state is State.SLEEP
 
     @property
     def _watches_switch(self) -> bool:

@@ -57,7 +57,7 @@ def _serve(machine: Machine) -> Program:
             code = yield from _execute(machine, line)
             machine.print("ok" if code == OK else f"error:{code}")
             line = ""
-        if machine.state is State.SLEEP:
+        if machine.is_asleep:
             yield from _sleep(machine)
 
 

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from enum import Enum
 
-from sim.firmware.grbl.gcode import MM_PER_INCH, Modes, Vector
+from sim.firmware.axes import Vector
+from sim.firmware.grbl.gcode import MM_PER_INCH, Modes
 from sim.firmware.grbl.settings import GrblSettings
 
 BANNER = "\r\nGrbl 1.1h ['$' for help]\r\n"

@@ -4,8 +4,8 @@ import re
 from dataclasses import dataclass
 
 from rig.profile import FirmwareConfig
+from sim.firmware.axes import AXES
 
-AXES = "XYZ"
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)", re.ASCII)
 """A number as GRBL reads it: no exponents."""
 

@@ -1,11 +1,9 @@
 """The GRBL stage against the simulated controller: truth, trouble, and what is told of it."""
 
-from collections.abc import Callable
 
 import pytest
 
 from drivers.grbl import grbl_stage
-from rig.devices import Clock
 from rig.errors import (
     ConfigError,
     DeviceLostError,
@@ -15,43 +13,11 @@ from rig.errors import (
     StageTimeoutError,
 )
 from sim.clock import VirtualClock
-from sim.wire import Firmware
-from tests.support.stages import CARRIAGE, FIRMWARE, STAGE, URL, Bench, simulated_bench
+from tests.support.scripted_wire import Scripted, during_the_move, scripted
+from tests.support.stages import CARRIAGE, FIRMWARE, STAGE, URL, simulated_bench
 
 TIMEOUT_S = 20.0
 MICROSTEP_MM = 0.003
-
-
-class Scripted:
-    """A firmware that lets a test look at, answer or change what passes."""
-
-    def __init__(self, firmware: Firmware) -> None:
-        self._firmware = firmware
-        self.sent = b""
-        self.on_receive: Callable[[bytes], bytes] = lambda data: data
-        self.on_transmit: Callable[[bytes], bytes] = lambda data: data
-
-    @property
-    def clock(self) -> Clock:
-        return self._firmware.clock
-
-    def receive(self, data: bytes) -> None:
-        self.sent += data
-        self._firmware.receive(self.on_receive(data))
-
-    def transmit(self) -> bytes:
-        return self.on_transmit(self._firmware.transmit())
-
-    def next_event_s(self) -> float | None:
-        return self._firmware.next_event_s()
-
-    def hard_reset(self) -> None:
-        self._firmware.hard_reset()
-
-
-def scripted(bench: Bench) -> Scripted:
-    assert isinstance(bench.wire, Scripted)
-    return bench.wire
 
 
 # -- where the board really is ------------------------------------------------------------------
@@ -143,7 +109,7 @@ def test_a_board_that_does_not_reset_on_opening_is_reset() -> None:
         wire = scripted(bench)
         bench.clock.sleep_s(5.0)
         bench.wire.transmit()
-        wire.hard_reset = lambda: None  # the DTR line of this adapter is not connected
+        wire.port_opened = lambda: None  # the DTR line of this adapter is not connected
         with bench.stage as stage:
             assert wire.sent.startswith(b"\x18")
             stage.home()
@@ -259,22 +225,6 @@ def test_a_locked_up_controller_is_freed_by_homing() -> None:
 
 
 # -- trouble --------------------------------------------------------------------------------------
-
-
-def during_the_move(bench: Bench, act: Callable[[], None], after_s: float = 0.2) -> None:
-    """Let something happen once, a while after the next jog was sent."""
-    wire = scripted(bench)
-    due_s: list[float] = []
-
-    def receive(data: bytes) -> bytes:
-        if b"$J=" in data and not due_s:
-            due_s.append(wire.clock.now_s() + after_s)
-        elif due_s and wire.clock.now_s() >= due_s[0]:
-            due_s[0] = float("inf")
-            act()
-        return data
-
-    wire.on_receive = receive
 
 
 def test_a_reset_in_motion_loses_the_position() -> None:

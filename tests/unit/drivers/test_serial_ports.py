@@ -1,6 +1,5 @@
 """Ports by names that stay: links of udev, serial numbers of USB adapters."""
 
-
 from pathlib import Path
 
 import pytest

@@ -18,7 +18,18 @@ from rig.profile import CarriageConfig, FirmwareConfig
 from sim.carriage import Carriage
 from sim.firmware.grbl import GrblFirmware
 from sim.wire import plug
-from sim.wire.faults import Delay, Drop, Duplicate, FaultyWire, Garble, HangUp, Silence, Split
+from sim.wire.faults import (
+    Delay,
+    Drop,
+    Duplicate,
+    FaultyWire,
+    Garble,
+    HangUp,
+    Lie,
+    Silence,
+    Split,
+    Trip,
+)
 from sim.wire.serve import serve_on_pty
 from tests.support.stages import STAGE, URL, simulated_bench
 
@@ -84,8 +95,17 @@ class Echo:
     def next_event_s(self) -> float | None:
         return None
 
+    def port_opened(self) -> None:
+        self._said = b""
+
     def hard_reset(self) -> None:
         self._said = b""
+
+    def trip(self) -> None:
+        self._said += b"ALARM"
+
+    def lie(self, reports: int) -> None:
+        self._said += b"there" * reports
 
 
 class Still(SystemClock):
@@ -115,6 +135,15 @@ def test_faults_do_what_they_say() -> None:
     assert len(heard[3]) == 6
     assert heard[3][0:1] + heard[3][2:] == b"acdef"
     assert heard[3] != b"abcdef"
+
+
+def test_the_machine_itself_can_fail_once() -> None:
+    tripped, lying = (FaultyWire(Echo(Still()), fault) for fault in (Trip(2), Lie(2, reports=2)))
+    for wire in (tripped, lying):
+        wire.receive(b"abcd")
+    assert tripped.transmit() == b"ALARMabcd"
+    assert lying.transmit() == b"theretherebabcd".replace(b"b", b"", 1)
+    assert tripped.has_struck
 
 
 def test_a_hang_up_is_an_operating_system_error() -> None:

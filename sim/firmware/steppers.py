@@ -1,18 +1,34 @@
-"""Planner and steppers of the simulated GRBL: queued blocks become motion in time."""
+"""Planner and steppers of a simulated controller: queued blocks become motion in time."""
 
 import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from sim.carriage import Carriage
-from sim.firmware.grbl.gcode import Vector
-from sim.firmware.grbl.settings import GrblSettings
+from sim.firmware.axes import Vector
 from sim.motion import Phase, braking, trapezoid
 
 PLANNER_BLOCKS = 15
 LEAST_FEED_MM_S = 1.0 / 60.0
-"""GRBL never plans slower than 1 mm per minute."""
+"""Nothing is planned slower than 1 mm per minute."""
+
+
+class Limits(Protocol):
+    """What the controller's settings say of each axis."""
+
+    def max_rate_mm_s(self, axis: int) -> float:
+        """Return its fastest motion."""
+        ...
+
+    def acceleration_mm_s2(self, axis: int) -> float:
+        """Return its acceleration."""
+        ...
+
+    def steps_per_mm(self, axis: int) -> float:
+        """Return its resolution."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +64,21 @@ class _Motion:
 class Steppers:
     """Runs blocks one after the other, each from rest to rest.
 
-    GRBL carries speed through junctions of the same direction; here every block stops, which
+    Real planners carry speed through junctions of the same direction; here every block stops, which
     makes chains of blocks a little slower and changes nothing for single moves.
+
+    Args:
+        limits: rates, accelerations and resolutions.
+        carriage: what the carried axis moves.
+        axis: index of the carried axis.
+        toward_switch: sign of its coordinate's change on the way to the reference switch.
     """
 
-    def __init__(self, settings: GrblSettings, carriage: Carriage, axis: int) -> None:
-        self._settings = settings
+    def __init__(
+        self, limits: Limits, carriage: Carriage, axis: int, *, toward_switch: int = 1
+    ) -> None:
+        self._limits = limits
+        self._sign = toward_switch
         self._carriage = carriage
         self._axis = axis
         self._counted_mm: Vector = (0.0, 0.0, 0.0)
@@ -170,23 +195,23 @@ class Steppers:
     def set_counted(self, axis_mm: float) -> None:
         """Give the carried axis a new machine coordinate where it stands."""
         counted = list(self._counted_mm)
-        self._origin_mm += counted[self._axis] - axis_mm
+        self._origin_mm += self._sign * (counted[self._axis] - axis_mm)
         counted[self._axis] = axis_mm
         self._counted_mm = self._in_steps(_vector(counted))
 
     def forget(self) -> None:
         """Lose all counts, as a power-up does."""
         self.flush()
-        self._origin_mm += self._counted_mm[self._axis]
+        self._origin_mm += self._sign * self._counted_mm[self._axis]
         self._counted_mm = (0.0, 0.0, 0.0)
 
     def _run(self, t_s: float, target_mm: Vector, feed_mm_s: float | None) -> None:
         way = [b - a for a, b in zip(self._counted_mm, target_mm, strict=True)]
         length_mm = math.hypot(*way)
         shares = [abs(w) / length_mm for w in way]
-        settings = self._settings
-        rate_mm_s = min(settings.max_rate_mm_s(i) / s for i, s in enumerate(shares) if s)
-        acceleration = min(settings.acceleration_mm_s2(i) / s for i, s in enumerate(shares) if s)
+        limits = self._limits
+        rate_mm_s = min(limits.max_rate_mm_s(i) / s for i, s in enumerate(shares) if s)
+        acceleration = min(limits.acceleration_mm_s2(i) / s for i, s in enumerate(shares) if s)
         speed_mm_s = rate_mm_s if feed_mm_s is None else min(rate_mm_s, feed_mm_s)
         phases = trapezoid(
             t_s,
@@ -195,15 +220,15 @@ class Steppers:
             speed_mm_s=max(speed_mm_s, LEAST_FEED_MM_S),
             acceleration_mm_s2=acceleration,
         )
-        switch_s = self._switch_time_s(phases, way[self._axis] / length_mm)
+        switch_s = self._switch_time_s(phases, self._sign * way[self._axis] / length_mm)
         self._motion = _Motion(self._counted_mm, target_mm, phases, acceleration, switch_s)
         self._drive(phases)
 
     def _drive(self, phases: Sequence[Phase]) -> None:
         motion = self._motion
         if motion is not None and motion.direction[self._axis] != 0.0:
-            shift_mm = motion.start_mm[self._axis] + self._origin_mm
-            scale = motion.direction[self._axis]
+            shift_mm = self._sign * motion.start_mm[self._axis] + self._origin_mm
+            scale = self._sign * motion.direction[self._axis]
             self._carriage.follow([p.mapped(scale=scale, shift_mm=shift_mm) for p in phases])
 
     def _switch_time_s(self, phases: Sequence[Phase], share: float) -> float | None:
@@ -214,7 +239,7 @@ class Steppers:
         return next((t for t in times_s if t is not None), None)
 
     def _in_steps(self, position_mm: Vector) -> Vector:
-        scales = [self._settings.steps_per_mm(i) for i in range(3)]
+        scales = [self._limits.steps_per_mm(i) for i in range(3)]
         return _vector([round(p * s) / s for p, s in zip(position_mm, scales, strict=True)])
 
 
