@@ -206,8 +206,10 @@ class MarlinLink:
 
     def _restart_numbers(self) -> None:
         for _ in range(ATTEMPTS):
+            self._dialogue.write(b"\n")  # ends what another program may have begun
+            self._dialogue.drain()
             self._next = 0
-            self._dialogue.write(b"\n" + numbered_line(0, "M110 N0"))
+            self._dialogue.write(numbered_line(0, "M110 N0"))
             if isinstance(self._await([], ANSWER_TIMEOUT_S, heeds=True), Ok):
                 self._next = 1
                 self._dialogue.drain()

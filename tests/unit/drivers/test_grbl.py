@@ -1,6 +1,5 @@
 """The GRBL stage against the simulated controller: truth, trouble, and what is told of it."""
 
-
 import pytest
 
 from drivers.grbl import grbl_stage
