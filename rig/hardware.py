@@ -16,6 +16,7 @@ from rig.profile import (
     Profile,
     SimCameraConfig,
     StageConfig,
+    StageProtocol,
     V4l2CameraConfig,
     ZaberStageConfig,
 )
@@ -171,16 +172,24 @@ class _Bench:
                 return marlin_stage(config, self.clock)
 
 
-def serve_simulated_stage(profile: Profile, on_ready: Callable[[str], None]) -> None:
-    """Run the simulated stage of a profile on a pty, in real time, until interrupted.
+def serve_simulated_stage(
+    profile: Profile,
+    protocol: StageProtocol,
+    on_ready: Callable[[str], None],
+    *,
+    tcp_port: int | None = None,
+) -> None:
+    """Run the simulated stage of a profile on a pty or TCP port, in real time, until interrupted.
 
     Args:
         profile: a simulated rig.
-        on_ready: called once with the path of the port to open.
+        protocol: what its controller speaks.
+        on_ready: called once with the path or URL of the port to open.
+        tcp_port: TCP port on the loopback interface, 0 for a free one; None for a pty.
 
     Raises:
-        ConfigError: the profile has no `[world]`.
+        ConfigError: the profile has no `[world]`, or the TCP port is taken.
     """
     from sim.bench import serve_stage
 
-    serve_stage(profile, on_ready)
+    serve_stage(profile, protocol, on_ready, tcp_port=tcp_port)

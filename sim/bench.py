@@ -13,6 +13,7 @@ from sim.firmware.marlin import MarlinFirmware
 from sim.firmware.zaber import ZaberFirmware
 from sim.wire import Firmware, plug
 from sim.wire.serve import serve_on_pty
+from sim.wire.serve_tcp import serve_on_tcp
 from sim.world import World
 
 
@@ -51,19 +52,35 @@ def make_firmware(
             return MarlinFirmware(config, carriage, clock)
 
 
-def serve_stage(profile: Profile, on_ready: Callable[[str], None]) -> None:
-    """Offer the stage of a profile on a pseudo-terminal, in real time, until interrupted.
+def serve_stage(
+    profile: Profile,
+    protocol: StageProtocol,
+    on_ready: Callable[[str], None],
+    *,
+    tcp_port: int | None = None,
+) -> None:
+    """Offer the stage of a profile on a pseudo-terminal or TCP port, in real time, until Ctrl-C.
 
     Args:
         profile: a profile with a `[world]`.
-        on_ready: called once with the path of the device to open.
+        protocol: what the controller speaks, whatever the profile's own stage is.
+        on_ready: called once with the path or URL to open.
+        tcp_port: TCP port on the loopback interface, 0 for a free one; None for a terminal.
 
     Raises:
-        ConfigError: the profile has no `[world]`.
+        ConfigError: the profile has no `[world]`, or the TCP port is taken.
     """
     config, clock = _world_of(profile), SystemClock()
-    firmware = GrblFirmware(config.firmware, Carriage(config.carriage, clock), clock)
-    serve_on_pty(firmware, on_ready=on_ready)
+    firmware = make_firmware(protocol, config.firmware, Carriage(config.carriage, clock), clock)
+    if tcp_port is None:
+        serve_on_pty(firmware, on_ready=on_ready)
+        return
+    try:
+        serve_on_tcp(firmware, tcp_port, on_ready=on_ready)
+    except OSError as error:
+        raise ConfigError(
+            f"TCP port {tcp_port} cannot be opened ({error}); choose another, 0 takes a free one"
+        ) from error
 
 
 def _world_of(profile: Profile) -> WorldConfig:

@@ -14,10 +14,12 @@ INTERRUPTED = 130
 app = typer.Typer(help="Simulated devices for other programs.", no_args_is_help=True)
 
 
-class StageProtocol(StrEnum):
+class Protocol(StrEnum):
     """Serial protocols that the simulated stage speaks."""
 
     GRBL = "grbl"
+    ZABER = "zaber"
+    MARLIN = "marlin"
 
 
 @app.callback()
@@ -31,15 +33,23 @@ def stage(
         str, typer.Argument(metavar="[PROFILE]", help="Simulated rig whose stage it is.")
     ] = "sim",
     *,
-    protocol: Annotated[
-        StageProtocol, typer.Option(help="What the stage speaks.")
-    ] = StageProtocol.GRBL,
+    protocol: Annotated[Protocol, typer.Option(help="What the stage speaks.")] = Protocol.GRBL,
+    tcp: Annotated[
+        int | None,
+        typer.Option(
+            metavar="PORT",
+            min=0,
+            max=65535,
+            help="Offer it on this TCP port of 127.0.0.1 instead of a pty; 0 takes a free one.",
+        ),
+    ] = None,
     overrides: Overrides = None,
     as_json: AsJson = False,
 ) -> None:
-    """Offer the simulated stage on a serial port (a pty) until Ctrl-C.
+    """Offer the simulated stage on a serial port (a pty) or TCP port until Ctrl-C.
 
-    Opening the port resets the controller, as on a real board; home it first ($H).
+    Opening the port resets a GRBL or Marlin controller, as on a real board; home it first
+    (GRBL $H, Zaber /1 1 home, Marlin G28 X).
     """
     from rig.hardware import serve_simulated_stage
     from rig.interrupts import Interrupts
@@ -57,7 +67,7 @@ def stage(
 
     try:
         with Interrupts():  # a shell that starts it in the background hands Ctrl-C down ignored
-            serve_simulated_stage(profile, announce)
+            serve_simulated_stage(profile, protocol.value, announce, tcp_port=tcp)
     except KeyboardInterrupt:
         tell("the simulated stage is gone")
         raise typer.Exit(INTERRUPTED) from None

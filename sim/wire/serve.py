@@ -17,8 +17,8 @@ LONGEST_WAIT_S = 0.02
 def serve_on_pty(firmware: Firmware, *, on_ready: Callable[[str], None]) -> None:
     """Serve a firmware on a new pseudo-terminal until interrupted.
 
-    Opening the terminal resets the firmware, as opening its USB port resets an Uno; only if it
-    is opened again within 20 ms of being closed, that goes unnoticed.
+    The firmware notices when the terminal is opened, as a board does by DTR; only if it is opened
+    again within 20 ms of being closed, that goes unnoticed.
 
     Args:
         firmware: the far end; its clock must be the system's.
@@ -44,11 +44,7 @@ def _serve(server: int, firmware: Firmware) -> None:
     has_client = False
     unsent = b""
     while True:
-        event_s = firmware.next_event_s()
-        wait_s = LONGEST_WAIT_S
-        if event_s is not None:
-            wait_s = min(wait_s, max(0.0, event_s - firmware.clock.now_s()))
-        events = dict(poll.poll(wait_s * 1e3)).get(server, 0)
+        events = dict(poll.poll(waiting_time_s(firmware) * 1e3)).get(server, 0)
         if events & select.POLLHUP:
             # Nobody has the other end open; without the pause this would spin.
             has_client = False
@@ -65,6 +61,14 @@ def _serve(server: int, firmware: Firmware) -> None:
         unsent += firmware.transmit()
         if unsent:
             unsent = unsent[_write(server, unsent) :]
+
+
+def waiting_time_s(firmware: Firmware) -> float:
+    """Return how long a server may wait for bytes before it looks at the firmware again."""
+    event_s = firmware.next_event_s()
+    if event_s is None:
+        return LONGEST_WAIT_S
+    return min(LONGEST_WAIT_S, max(0.0, event_s - firmware.clock.now_s()))
 
 
 def _write(server: int, data: bytes) -> int:

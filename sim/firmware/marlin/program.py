@@ -6,7 +6,7 @@ from collections.abc import Callable
 from sim.firmware.axes import AXES, Vector
 from sim.firmware.chip import Program
 from sim.firmware.marlin.homing import home
-from sim.firmware.marlin.machine import Machine
+from sim.firmware.marlin.machine import QUEUE_LINES, Machine
 from sim.firmware.marlin.settings import about, banner, position_line
 from sim.firmware.marlin.waiting import wait
 
@@ -33,8 +33,8 @@ def run(machine: Machine, boot_s: float) -> Program:
         if not machine.is_killed:
             machine.queue.popleft()
             is_told = machine.config.marlin.advanced_ok and number is not None
-            free = 15 - len(machine.queue)
-            machine.print(f"ok N{number} P{free} B3" if is_told else "ok")
+            room = f"P{machine.steppers.free_blocks} B{QUEUE_LINES - len(machine.queue)}"
+            machine.print(f"ok N{number} {room}" if is_told else "ok")
     while True:
         yield
 
