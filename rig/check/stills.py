@@ -78,7 +78,7 @@ def measure_stills(
 
 def _measure_view(frames: Sequence[Frame], board: Board | None, last: int) -> ViewStills:
     images = np.stack([frame.image for frame in frames])
-    full_scale = float(np.iinfo(images.dtype).max)
+    full_scale = float(frames[0].full_scale)
     sighting = see_board(frames[0].image, board)
     later = see_board(frames[last].image, board) if last and isinstance(sighting, Corners) else None
     brightness = images.mean(axis=(1, 2), dtype=np.float64)

@@ -8,7 +8,7 @@ import numpy as np
 from rig.check.items import Item, graded, worst
 from rig.check.stills import ViewStills
 from rig.frames import MultiView
-from rig.profile import CameraConfig, OakCameraConfig, SimCameraConfig
+from rig.profile import CameraConfig, OakCameraConfig, SimCameraConfig, V4l2CameraConfig
 
 SLOW, CRAWLING = 0.05, 0.5
 """Missing share of the frame rate that was asked for."""
@@ -58,7 +58,7 @@ def asked_rate_hz(camera: CameraConfig) -> float | None:
     match camera:
         case SimCameraConfig():
             return 1.0 / camera.frame_interval_s
-        case OakCameraConfig():
+        case OakCameraConfig() | V4l2CameraConfig():
             return camera.rate_hz
         case _:
             return None

@@ -10,6 +10,7 @@ from rig.cli import profile, sim
 from rig.cli.capture import capture
 from rig.cli.check import check
 from rig.cli.compare import compare
+from rig.cli.devices import devices
 from rig.cli.export import export
 from rig.cli.fit import fit
 from rig.cli.history import history
@@ -27,6 +28,7 @@ app = typer.Typer(
     rich_markup_mode=None,  # plain help wraps paragraphs, and starts twice as fast
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+app.command()(devices)
 app.command()(check)
 app.command()(sweep)
 app.command()(capture)

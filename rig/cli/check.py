@@ -71,12 +71,8 @@ def _show(item: "Item") -> None:
     width = max(60, shutil.get_terminal_size((110, 24)).columns)
     head = f"{_MARK[item.status]}  {item.name:<{_NAME_WIDTH}} "
     indent = " " * len(head)
-    for line in textwrap.wrap(item.found, width, initial_indent=head, subsequent_indent=indent):
-        show(line)
-    for line in textwrap.wrap(
-        f"-> {item.advice}" if item.advice else "",
-        width,
-        initial_indent=indent,
-        subsequent_indent=indent + "   ",
-    ):
-        show(line)
+    for first, then, text in ((head, indent, item.found), (f"{indent}-> ", indent, item.advice)):
+        for line in textwrap.wrap(
+            text, width, initial_indent=first, subsequent_indent=then, break_on_hyphens=False
+        ):
+            show(line)

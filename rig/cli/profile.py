@@ -7,8 +7,10 @@ import typer
 
 from rig.cli.options import AsJson, Overrides, ProfileName
 from rig.cli.output import show, show_json, table, tell
+from rig.cli.profile_new import new_profile
 
-app = typer.Typer(help="List, show and check profiles.", no_args_is_help=True)
+app = typer.Typer(help="List, show, check and write profiles.", no_args_is_help=True)
+app.command("new")(new_profile)
 
 
 @app.command("list")

@@ -1,0 +1,122 @@
+"""What is plugged in and what a profile calls it, and how to look for it all at once."""
+
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from rig.errors import RigError
+
+
+@dataclass(frozen=True, slots=True)
+class FoundDevice:
+    """One device that is there."""
+
+    name: str
+    """What a profile should say: the name that stays when other devices are plugged in."""
+    description: str
+    """What it calls itself, and what it offers."""
+    other_names: tuple[str, ...] = ()
+    """Further names of the same device; some of them change from start to start."""
+    problem: str | None = None
+    """Why it cannot be used as it is, and how to mend that; None if all is well."""
+
+    def as_dict(self) -> dict[str, object]:
+        """Return it as the command line's JSON contract."""
+        return {
+            "name": self.name,
+            "description": self.description,
+            "other_names": list(self.other_names),
+            "problem": self.problem,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """What one kind of search found."""
+
+    kind: str
+    """`oak`, `v4l2` or `serial`."""
+    key: str
+    """Key of a profile that takes the names."""
+    devices: tuple[FoundDevice, ...] = ()
+    note: str | None = None
+    """What is missing for the search itself, and how to mend it; None if all is well."""
+    took_s: float = 0.0
+
+    def as_dict(self) -> dict[str, object]:
+        """Return it as the command line's JSON contract."""
+        return {
+            "key": self.key,
+            "devices": [device.as_dict() for device in self.devices],
+            "note": self.note,
+            "took_s": round(self.took_s, 3),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """One way to look for devices."""
+
+    kind: str
+    key: str
+    find: Callable[[float], Sequence[FoundDevice]]
+    """Called with the time that it may take, s; may raise `RigError`."""
+
+
+@dataclass(slots=True)
+class _Answer:
+    findings: Findings | None = None
+    failure: BaseException | None = None
+    done: threading.Event = field(default_factory=threading.Event)
+
+
+def search_all(searches: Sequence[Search], timeout_s: float) -> tuple[Findings, ...]:
+    """Run all searches at the same time; none may take longer than the others are waited for.
+
+    A search that does not end in time is left behind in its thread, and a note says so.
+
+    Args:
+        searches: what to look for.
+        timeout_s: longest wait for all of them together.
+    """
+    deadline_s = time.monotonic() + timeout_s
+    answers: Mapping[str, _Answer] = {search.kind: _Answer() for search in searches}
+    for search in searches:
+        threading.Thread(
+            target=_run, args=(search, answers[search.kind], timeout_s), daemon=True
+        ).start()
+    return tuple(_wait(search, answers[search.kind], deadline_s, timeout_s) for search in searches)
+
+
+def _run(search: Search, answer: _Answer, timeout_s: float) -> None:
+    begun_s = time.monotonic()
+    try:
+        devices = tuple(search.find(timeout_s))
+        answer.findings = Findings(
+            search.kind, search.key, devices, None, time.monotonic() - begun_s
+        )
+    except RigError as error:
+        answer.findings = Findings(
+            search.kind, search.key, (), str(error), time.monotonic() - begun_s
+        )
+    except BaseException as error:
+        answer.failure = error
+    finally:
+        answer.done.set()
+
+
+def _wait(search: Search, answer: _Answer, deadline_s: float, timeout_s: float) -> Findings:
+    answer.done.wait(max(0.0, deadline_s - time.monotonic()))
+    if answer.failure is not None:
+        raise answer.failure
+    if answer.findings is not None:
+        return answer.findings
+    return Findings(
+        search.kind,
+        search.key,
+        (),
+        f"no answer within {timeout_s:.1f} s; give it more time with --timeout-s, or look for a "
+        "device that hangs",
+        timeout_s,
+    )

@@ -1,0 +1,143 @@
+"""New profiles load as they are, say what is plugged in, and never replace a file."""
+
+import itertools
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from rig.discovery import Findings, FoundDevice
+from rig.errors import ConfigError
+from rig.profile import OakCameraConfig, V4l2CameraConfig
+from rig.profile.load import load_profile, parse_profile
+from rig.profile.new import copied_text, write_new
+from rig.profile.plugged import recipe_for
+from rig.profile.template import CameraKind, Recipe, StageKind, profile_text
+from tests.support.command import Command
+
+CAMERAS: tuple[CameraKind, ...] = ("v4l2", "oak")
+STAGES: tuple[StageKind | None, ...] = ("grbl", "zaber", "marlin", None)
+
+
+def found(kind: str, *names: str, description: str = "a thing") -> Findings:
+    return Findings(kind, "key", tuple(FoundDevice(name, description) for name in names))
+
+
+@pytest.mark.parametrize(
+    ("camera", "views", "stage"), list(itertools.product(CAMERAS, (2, 3, 4, 5), STAGES))
+)
+def test_every_recipe_makes_a_profile(camera: CameraKind, views: int, stage: StageKind | None):
+    text = profile_text(Recipe("bench", camera, views, stage))
+    profile = parse_profile(tomllib.loads(text), source="new")
+    assert profile.camera.kind == camera
+    assert len(profile.views) == views
+    assert (None if profile.stage is None else profile.stage.kind) == stage
+    assert profile.stage is None or not profile.stage.may_move  # guesses must not move anything
+    assert "MEASURE" in text
+    assert max(map(len, text.splitlines())) <= 100
+
+
+def test_what_is_plugged_in_is_named():
+    cameras = [f"/dev/v4l/by-path/usb-{n}" for n in range(3)]
+    ports = found("serial", "/dev/ttyS0", "/dev/serial/by-id/usb-A", "/dev/serial/by-id/usb-B")
+    recipe = recipe_for("b", [found("v4l2", *cameras), ports], camera=None, views=None, stage=None)
+    text = profile_text(recipe)
+    profile = parse_profile(tomllib.loads(text), source="new")
+    assert isinstance(profile.camera, V4l2CameraConfig)
+    assert list(profile.camera.devices.values()) == cameras
+    assert profile.stage is not None
+    assert profile.stage.port == "/dev/serial/by-id/usb-A"
+    assert "# also plugged in: /dev/serial/by-id/usb-B" in text
+    assert "/dev/ttyS0" not in text
+
+
+def test_an_oak_is_named_by_its_id_and_a_zaber_by_its_adapter():
+    findings = [found("oak", "18443010"), found("serial", "usb-serial:A1", description="Zaber X")]
+    recipe = recipe_for("b", findings, camera=None, views=None, stage=None)
+    profile = parse_profile(tomllib.loads(profile_text(recipe)), source="new")
+    assert isinstance(profile.camera, OakCameraConfig)
+    assert profile.camera.device == "18443010"
+    assert profile.stage is not None
+    assert profile.stage.kind == "zaber"
+
+
+def test_cameras_that_are_too_many_are_named_in_a_comment():
+    recipe = recipe_for(
+        "b", [found("v4l2", "/dev/a", "/dev/b", "/dev/c")], camera=None, views=2, stage=None
+    )
+    assert "# also plugged in: /dev/c" in profile_text(recipe)
+
+
+def test_a_problem_of_today_is_at_the_head():
+    locked = FoundDevice("/dev/a", "a camera", problem="may not be opened; join group video")
+    findings = [Findings("v4l2", "key", (locked, FoundDevice("/dev/b", "another")))]
+    text = profile_text(recipe_for("b", findings, camera=None, views=None, stage=None))
+    assert "# /dev/a: may not be opened; join group video" in text
+
+
+@pytest.mark.parametrize(
+    ("findings", "told"),
+    [
+        ([], "--from sim"),
+        ([found("oak", "1"), found("v4l2", "/dev/a", "/dev/b")], "--camera oak"),
+        ([found("v4l2", "/dev/a")], "--views 2"),
+    ],
+)
+def test_what_is_not_clear_is_asked(findings: list[Findings], told: str):
+    with pytest.raises(ConfigError, match=told):
+        recipe_for("b", findings, camera=None, views=None, stage=None)
+
+
+def test_more_views_than_there_are_places_are_refused():
+    with pytest.raises(ConfigError, match="2 to 5"):
+        profile_text(Recipe("b", "v4l2", 6, None))
+
+
+def test_a_copy_keeps_every_comment_and_changes_the_name():
+    text = copied_text("sim", "bench")
+    original = load_profile("sim")
+    copy = parse_profile(tomllib.loads(text), source="copy")
+    assert copy == original.model_copy(update={"name": "bench"})
+    assert text.count("#") > 5
+
+
+def test_a_profile_without_a_plain_name_cannot_be_copied(tmp_path: Path):
+    (tmp_path / "odd.toml").write_text("name = 'odd'\n")
+    with pytest.raises(ConfigError, match="by hand"):
+        copied_text(str(tmp_path / "odd.toml"), "new")
+
+
+def test_a_file_that_is_there_is_left_alone(tmp_path: Path):
+    path = tmp_path / "deep" / "bench.toml"
+    text = copied_text("sim", "bench")
+    write_new(path, text)
+    with pytest.raises(ConfigError, match="left alone"):
+        write_new(path, profile_text(Recipe("bench", "v4l2", 2, None)))
+    assert path.read_text() == text
+
+
+@pytest.mark.parametrize("text", ["name = ", "name = 'x'"])
+def test_what_is_no_profile_is_not_written(tmp_path: Path, text: str):
+    with pytest.raises(ConfigError):
+        write_new(tmp_path / "bench.toml", text)
+    assert not (tmp_path / "bench.toml").exists()
+
+
+def test_a_folder_that_cannot_be_made(tmp_path: Path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ConfigError, match="cannot be written"):
+        write_new(tmp_path / "file" / "bench.toml", copied_text("sim", "bench"))
+
+
+def test_the_verb_writes_what_other_verbs_find(
+    rig: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(tmp_path)
+    made = rig("profile", "new", "mine", "--from", "sim")
+    assert (made.code, made.out) == (0, "calib_profiles/mine.toml\n")
+    assert rig("profile", "check", "mine").code == 0
+    again = rig("profile", "new", "mine", "--from", "sim")
+    assert again.code == 1
+    assert "left alone" in again.err
+    assert rig("profile", "new", "mine", "--from", "sim", "--views", 2).code == 2
+    assert rig("profile", "new", "no/name", "--from", "sim").code == 1
