@@ -33,7 +33,7 @@ def corner_figure(pictures: Sequence[Picture], reference: int) -> str:
     def draw(figure: Figure) -> None:
         for picture, (overview, close_up) in zip(pictures, _columns(figure, 2), strict=False):
             image = picture.images[reference]
-            _show_whole(overview, image)
+            show_whole(overview, image)
             _draw_board(overview, picture, size=2.5)
             overview.set_title(f"{picture.sample.reached_mm:.1f} mm")
             rows, columns = _show_centre(close_up, image, picture)
@@ -49,7 +49,7 @@ def failure_figure(failures: Sequence[FailedPicture]) -> str:
 
     def draw(figure: Figure) -> None:
         for failure, [axes] in zip(failures, _columns(figure, 1), strict=False):
-            _show_whole(axes, failure.image)
+            show_whole(axes, failure.image)
             axes.set_title(f"{failure.sample.reached_mm:.1f} mm")
 
     return draw_svg("failures", "Pictures without a slope", _height_in(failures[0].image, 1), draw)
@@ -70,7 +70,8 @@ def _columns(figure: Figure, rows: int) -> list[tuple[Axes, ...]]:
     return list(zip(*grid, strict=True))
 
 
-def _show_whole(axes: Axes, image: GreyImage) -> None:
+def show_whole(axes: Axes, image: GreyImage) -> None:
+    """Show a picture in its own pixel coordinates; large ones are reduced."""
     rows, columns = image.shape
     scale = min(1.0, MOST_PIXELS_ACROSS / columns)
     size = (round(columns * scale), round(rows * scale))

@@ -9,6 +9,7 @@ from rig.report.extra import report_extra
 
 if TYPE_CHECKING:
     from rig.database import Store
+    from rig.report.calibration.shown import ShownCalibration
     from rig.sweep.conclude import SweepResult
 
 
@@ -33,6 +34,26 @@ def write_report(store: "Store", result: "SweepResult") -> Path:
         from rig.report.page import report_html  # noqa: PLC0415
     _write_atomically(result.report, report_html(store, result))
     return result.report
+
+
+def write_calibration_page(path: Path, shown: "ShownCalibration") -> Path:
+    """Write the page of a geometric calibration: there completely or not at all.
+
+    Args:
+        path: the HTML file.
+        shown: the calibration, and pictures of it that are at hand.
+
+    Returns:
+        `path`.
+
+    Raises:
+        ConfigError: the extra `report` is not installed.
+        StoreError: the file cannot be written.
+    """
+    with report_extra(f"the page of a calibration of {shown.rig}", "calibrate again"):
+        from rig.report.calibration.page import calibration_html  # noqa: PLC0415
+    _write_atomically(path, calibration_html(shown))
+    return path
 
 
 def _write_atomically(path: Path, text: str) -> None:

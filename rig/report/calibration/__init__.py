@@ -1,0 +1,1 @@
+"""The page of a geometric calibration: what it is worth, and the pictures that show why."""
