@@ -144,12 +144,17 @@ def random_cameras(rng: np.random.Generator) -> tuple[TrueCamera, ...]:
 
 
 def random_poses(rng: np.random.Generator, count: int) -> tuple[BoardPose, ...]:
-    """Hand-held boards at 0.35 to 1 m, tilted up to 40 degrees, over the whole picture."""
+    """Hand-held boards at 0.35 to 1 m, tilted up to 40 degrees.
+
+    As a guided capture asks for, they go round the nine thirds of the picture, each at random in
+    its third; boards that reach over the border are seen in part.
+    """
     poses: list[BoardPose] = []
-    for _ in range(count):
+    for number in range(count):
+        across, down = number % 3 - 1, number // 3 % 3 - 1
         z = rng.uniform(350, 1000)
-        x = rng.uniform(-0.55, 0.55) * z * WIDTH / 2 / 882
-        y = rng.uniform(-0.55, 0.55) * z * HEIGHT / 2 / 882
+        x = (0.6 * across + rng.uniform(-0.2, 0.2)) * z * WIDTH / 2 / 882
+        y = (0.6 * down + rng.uniform(-0.2, 0.2)) * z * HEIGHT / 2 / 882
         tilt = rng.uniform(-40, 40, 2)
         poses.append(BoardPose((x + 25, y + 25, z), (tilt[0], tilt[1], rng.uniform(-30, 30))))
     return tuple(poses)

@@ -94,6 +94,7 @@ def calibrate(
     uncertainty = measure_uncertainty(adjusted)
     geometry = _geometry(question, adjusted, uncertainty, start)
     residuals = _residuals(adjusted, held_out)
+    errors = depth_errors(geometry) if geometry.covariance is not None else ()
     warp_sigma = np.sqrt(np.diag(uncertainty.covariance)[adjusted.problem.layout.warp_columns])
     return Calibration(
         geometry=geometry,
@@ -107,9 +108,9 @@ def calibrate(
         epipolar=epipolar_error(geometry, residuals),
         lens=geometry.cameras[reference].lens,
         lens_scores=scores,
-        depth_error=depth_errors(geometry) if geometry.covariance is not None else (),
+        depth_error=errors,
         error_scale=uncertainty.clustering,
-        verdict=judge(adjusted, uncertainty, geometry, steps),
+        verdict=judge(adjusted, uncertainty, geometry, errors, steps),
     )
 
 

@@ -12,6 +12,9 @@ from rig.geometry.rig_geometry import RigGeometry
 
 Float = NDArray[np.float64]
 
+Seen = tuple[Residuals, Float]
+"""A sighting and the undistorted rays (N, 3) of its points."""
+
 
 def epipolar_error(geometry: RigGeometry, found: Sequence[Residuals]) -> EpipolarError:
     """Measure all pairs of views on the points that both show, outliers left out.
@@ -19,9 +22,11 @@ def epipolar_error(geometry: RigGeometry, found: Sequence[Residuals]) -> Epipola
     Distances are in px of an undistorted picture of the second view's focal length, from each view
     of a pair to the other.
     """
-    by_picture: dict[int, list[Residuals]] = {}
+    by_picture: dict[int, list[Seen]] = {}
     for residuals in found:
-        by_picture.setdefault(residuals.picture, []).append(residuals)
+        xy = geometry.cameras[residuals.view].unproject(residuals.xy_px)
+        rays = np.concatenate([xy, np.ones((len(xy), 1))], axis=1)
+        by_picture.setdefault(residuals.picture, []).append((residuals, rays))
     distances = [
         _distances(geometry, one, other)
         for shown in by_picture.values()
@@ -37,23 +42,18 @@ def epipolar_error(geometry: RigGeometry, found: Sequence[Residuals]) -> Epipola
     )
 
 
-def _distances(geometry: RigGeometry, one: Residuals, other: Residuals) -> Float:
-    """(K,) px from the points of `other` to the lines that the points of `one` give there."""
-    ids, first, second = np.intersect1d(one.ids, other.ids, return_indices=True)
-    good = ~(one.outlier[first] | other.outlier[second])
+def _distances(geometry: RigGeometry, first: Seen, second: Seen) -> Float:
+    """(K,) px from the points of `second` to the lines that the points of `first` give there."""
+    (one, from_rays), (other, to_rays) = first, second
+    ids, here, there = np.intersect1d(one.ids, other.ids, return_indices=True)
+    good = ~(one.outlier[here] | other.outlier[there])
     if not (ids.size and good.any()):
         return np.empty(0)
     camera = geometry.cameras[other.view]
-    left = _rays(geometry, one, first[good])
-    right = _rays(geometry, other, second[good])
+    left, right = from_rays[here[good]], to_rays[there[good]]
     place = geometry.cam_from_reference[other.view] @ (
         geometry.cam_from_reference[one.view].inverse()
     )
     lines = left @ (cross_matrix(place.translation_mm) @ place.rotation).T
     apart = np.abs(np.sum(lines * right, axis=1)) / np.hypot(lines[:, 0], lines[:, 1])
     return apart * (camera.fx_px + camera.fy_px) / 2
-
-
-def _rays(geometry: RigGeometry, seen: Residuals, rows: NDArray[np.intp]) -> Float:
-    xy = geometry.cameras[seen.view].unproject(seen.xy_px[rows])
-    return np.concatenate([xy, np.ones((len(xy), 1))], axis=1)

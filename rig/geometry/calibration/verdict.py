@@ -1,19 +1,92 @@
 """Good, or weak and why."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.geometry.calibration.adjust import Adjusted
-from rig.geometry.calibration.result import Verdict
+from rig.geometry.calibration.advice import advise
+from rig.geometry.calibration.coverage import find_gaps
+from rig.geometry.calibration.result import DepthError, Reason, Verdict
+from rig.geometry.calibration.suspicion import find_bad_data
 from rig.geometry.calibration.uncertainty import Uncertainty
 from rig.geometry.rig_geometry import RigGeometry
+
+MOST_DEPTH_PCT = 0.2
+"""Depth error at 1 m, k = 2 over the picture, above which a calibration is weak."""
+_JUDGED_MM = 1000.0
+_MOST_CLUSTERING = 4.0
+_MOST_OUTLIERS = 0.02
 
 
 def judge(
     adjusted: Adjusted,
     uncertainty: Uncertainty,
     geometry: RigGeometry,
+    depth_error: Sequence[DepthError],
     steps: NDArray[np.float64] | None,
 ) -> Verdict:
-    """Judge."""
-    return Verdict((), (), ())
+    """Collect what speaks against a calibration: bad data, then gaps, then what is left.
+
+    Args:
+        adjusted: the solve.
+        uncertainty: its covariance.
+        geometry: what it found.
+        depth_error: the headline; none where it cannot be told.
+        steps: (V, 2) where the profile places the views, if it is known.
+    """
+    reasons = find_bad_data(adjusted, geometry, steps)
+    reasons += find_gaps(adjusted, geometry)
+    reasons += _outliers(adjusted)
+    if not reasons and uncertainty.clustering > _MOST_CLUSTERING:
+        reasons.append(
+            Reason(
+                "model",
+                f"pictures disagree {np.sqrt(uncertainty.clustering):.1f} times as much as their "
+                "points' noise allows: something is not modelled, such as focus that moves, a "
+                "board that bends, or a rolling shutter",
+            )
+        )
+    reasons += _depth(depth_error)
+    full = uncertainty.covariance.shape[0] >= geometry.parameter_count
+    poses = advise(adjusted, uncertainty, geometry) if full and len(geometry.names) > 1 else ()
+    return Verdict(tuple(reasons), tuple(_notes(geometry, steps)), poses)
+
+
+def _outliers(adjusted: Adjusted) -> list[Reason]:
+    share = float(np.mean(adjusted.weight == 0.0))
+    if share <= _MOST_OUTLIERS:
+        return []
+    return [
+        Reason(
+            "outliers",
+            f"{100 * share:.1f} % of the points do not fit and were left out; look at the pictures "
+            "with most of them",
+        )
+    ]
+
+
+def _depth(depth_error: Sequence[DepthError]) -> list[Reason]:
+    at = next((error for error in depth_error if error.distance_mm == _JUDGED_MM), None)
+    if at is None or not at.picture_pct > MOST_DEPTH_PCT:
+        return []
+    return [
+        Reason(
+            "depth-error",
+            f"depth at {_JUDGED_MM / 1000:g} m is only known to {at.picture_pct:.2f} % (k=2, over "
+            f"the picture; {MOST_DEPTH_PCT} % wanted); take more pictures",
+        )
+    ]
+
+
+def _notes(geometry: RigGeometry, steps: NDArray[np.float64] | None) -> list[str]:
+    notes: list[str] = []
+    if geometry.stage is None:
+        notes.append(
+            "no stage took part: all lengths rest on the size of the squares, and a board printed "
+            "at another scale cannot be noticed"
+        )
+    if steps is None and len(geometry.names) > 1:
+        notes.append("places of the views were not given: exchanged views cannot be noticed")
+    return notes
