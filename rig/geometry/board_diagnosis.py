@@ -7,8 +7,7 @@ from rig.errors import TargetError
 from rig.geometry.board import Board
 from rig.geometry.homography import fit_homography, grid_places, map_points
 from rig.geometry.lattice import Lattice
-
-Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
+from rig.geometry.pyramid import Image
 
 MIN_SIDE_PX = 6.0
 """Smaller squares leave no room between one edge and the next."""
@@ -39,14 +38,14 @@ def why_not(image: Image, board: Board, seen: list[Lattice]) -> TargetError:
     boards = [lattice for lattice in seen if _is_plane(lattice)]
     best = max(boards, key=lambda lattice: int(lattice.found.sum()), default=None)
     if best is None:
-        return _exposure(image, asked) or TargetError(
+        return exposure_at_fault(image, asked) or TargetError(
             f"{asked}, nothing like a checkerboard found; put the board in view and light it",
             reason="not-found",
         )
     return (
         _size(best, asked)
         or _count(best, board, image.shape, asked)
-        or _exposure(image, asked)
+        or exposure_at_fault(image, asked)
         or TargetError(
             f"{asked}, found {int(best.found.sum())} corners on a lattice of {_across(best)}; "
             "uncover the board, and avoid glare, blur and bending",
@@ -138,7 +137,7 @@ def _at_border(xy_px: NDArray[np.float64], shape: tuple[int, ...]) -> list[str]:
     return [name for name, out in outside.items() if out.any()]
 
 
-def _exposure(image: Image, asked: str) -> TargetError | None:
+def exposure_at_fault(image: Image, asked: str) -> TargetError | None:
     """Too dark or too bright a picture, if that is what it is."""
     full = _full_scale(image)
     burnt = float((image >= full).mean())

@@ -8,7 +8,6 @@ their links, a fixed number of steps per corner.
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,12 +17,12 @@ from rig.geometry.board_diagnosis import MAX_BLUR_RATIO, MIN_SIDE_PX, why_not
 from rig.geometry.corner_fit import CrossingFit, fit_crossings
 from rig.geometry.homography import fit_homography, grid_places, map_points
 from rig.geometry.lattice import Lattice, cut_to_size, grow_lattices
+from rig.geometry.pyramid import Image, at_level, from_level, pyramid, search_order
 from rig.geometry.saddles import find_saddles
 
 Float = NDArray[np.float64]
-Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 
-_SHRINK = (1, 2, 4)
+_LEVELS = 3
 _SMOOTH_PX = 1.0
 _RING_PX = 3.5
 _SHARP_PX, _BLURRED_PX = 1.0, 2.5
@@ -76,14 +75,14 @@ def find_corners(image: Image, board: Board) -> Corners:
             "(H, W) of at least 16 x 16 finite pixels",
             reason="not-found",
         )
-    pictures = _pyramid(image)
+    pictures = pyramid(image, _LEVELS)
     seen: list[Lattice] = []
-    for level, picture in enumerate(pictures):
-        for lattice in _lattices(picture):
+    for level in search_order(pictures):
+        for lattice in _lattices(pictures[level]):
             corners = _fit(pictures, level, lattice, board)
             if corners is not None:
-                return _checked(corners, image)
-            seen.append(_enlarged(lattice, _SHRINK[level]))
+                return _checked(corners)
+            seen.append(Lattice(from_level(lattice.xy_px, level), lattice.bright))
     raise why_not(image, board, seen)
 
 
@@ -103,20 +102,6 @@ def corner_motion_px(first: Corners, last: Corners) -> float:
     return float(np.sqrt(np.mean(moved**2)))
 
 
-def _pyramid(image: Image) -> list[NDArray[np.float32]]:
-    picture = np.ascontiguousarray(image, np.float32)
-    pictures = [picture]
-    for _ in _SHRINK[1:]:
-        height, width = picture.shape
-        if min(height, width) < 64:
-            break
-        even = picture[: height // 2 * 2, : width // 2 * 2]
-        picture = cv2.resize(even, (width // 2, height // 2), interpolation=cv2.INTER_AREA)
-        picture = picture.astype(np.float32, copy=False)
-        pictures.append(picture)
-    return pictures
-
-
 def _lattices(picture: NDArray[np.float32]) -> list[Lattice]:
     saddles = find_saddles(picture, smooth_px=_SMOOTH_PX, ring_px=_RING_PX)
     return grow_lattices(saddles)[:3]
@@ -129,14 +114,14 @@ def _fit(
     turned = _oriented(lattice, board)
     if turned is None or turned.found.mean() < _MIN_FOUND:
         return None
-    xy_px = _enlarged(Lattice(_completed(turned.xy_px), turned.bright), _SHRINK[level]).xy_px
+    xy_px = from_level(_completed(turned.xy_px), level)
     tried: set[int] = set()
     while True:
-        scale = _SHRINK[level]
-        fit = _crossings(pictures[level], (xy_px - (scale - 1) / 2) / scale)
+        scale = 2**level
+        fit = _crossings(pictures[level], at_level(xy_px, level))
         if not _is_board(fit, board):
             return None
-        xy_px = fit.xy_px.reshape(xy_px.shape) * scale + (scale - 1) / 2
+        xy_px = from_level(fit.xy_px.reshape(xy_px.shape), level)
         blur_px = float(np.median(fit.blur_px))
         tried.add(level)
         level = _suiting(blur_px, level, len(pictures))
@@ -221,11 +206,7 @@ def _bend(xy_px: Float, axis: int) -> float:
     return float(change.max() / np.linalg.norm(np.diff(xy_px, 1, axis), axis=-1).min())
 
 
-def _enlarged(lattice: Lattice, scale: int) -> Lattice:
-    return Lattice(lattice.xy_px * scale + (scale - 1) / 2, lattice.bright)
-
-
-def _checked(corners: Corners, image: Image) -> Corners:
+def _checked(corners: Corners) -> Corners:
     """Refuse a board that is there but too small or too blurred to measure."""
     side_px, board = corners.side_px, corners.board
     if side_px < MIN_SIDE_PX:

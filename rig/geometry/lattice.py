@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.geometry.edge_links import are_edges
 from rig.geometry.saddles import Saddles
 
 Float = NDArray[np.float64]
@@ -18,6 +19,10 @@ _MAX_BEND = 0.15
 """Change of step, in steps, from one square to the next: perspective and distortion stay below."""
 _LOOSE_PX = 0.7
 """What three corners may add to it before they are refined."""
+_LOOKED_AT = 24
+"""Links of one point that are compared with the picture, shortest first."""
+_SHORTEST_EDGE_PX = 9.0
+"""Room for an edge between what blurs its two ends."""
 _LONGEST_RATIO = 2.5
 """Steps of a lattice change slowly; a longer one has jumped over a corner."""
 
@@ -55,24 +60,34 @@ class Lattice:
         return float(np.median(steps)) if steps.size else float("nan")
 
 
-def grow_lattices(saddles: Saddles) -> list[Lattice]:
-    """Join saddles into lattices, largest first; those of less than 3 x 3 corners are left out."""
-    neighbour = _neighbours(saddles)
-    unseen = set(range(len(saddles)))
+def grow_lattices(
+    saddles: Saddles, *, edges_of: NDArray[np.float32] | None = None, fewest: int = _FEWEST
+) -> list[Lattice]:
+    """Join saddles into lattices, largest first.
+
+    Args:
+        saddles: corners and chance points.
+        edges_of: the picture, for boards that have saddles between their corners: links must then
+            be edges of it.
+        fewest: corners below which a lattice is chance; at least 9 also asks for 3 x 3.
+    """
+    neighbour = _neighbours(saddles, edges_of)
+    linked = np.flatnonzero((neighbour >= 0).any(axis=(1, 2))).tolist()
+    unseen = set(linked)
     lattices: list[Lattice] = []
-    for seed in range(len(saddles)):
+    for seed in linked:
         if seed not in unseen:
             continue
         placed = _walk(seed, neighbour, saddles.axes, unseen)
-        if len(placed) < _FEWEST:
+        if len(placed) < fewest:
             continue
         lattice = without_strays(_on_grid(placed, saddles), 0.5)
-        if min(lattice.shape) >= 3:
+        if min(lattice.shape) >= (3 if fewest >= _FEWEST else 2):
             lattices.append(lattice)
     return sorted(lattices, key=lambda lattice: -int(lattice.found.sum()))
 
 
-def _neighbours(saddles: Saddles) -> NDArray[np.intp]:
+def _neighbours(saddles: Saddles, picture: NDArray[np.float32] | None) -> NDArray[np.intp]:
     """(N, 2, 2) nearest fitting saddle along each axis, forward and backward; -1 for none.
 
     A link counts only if both ends choose each other.
@@ -90,12 +105,28 @@ def _neighbours(saddles: Saddles) -> NDArray[np.intp]:
     fits = (np.abs(along) > limit) & nearer & (opposite & (distance > 0))[:, None]
     seen_back = fits.any(axis=1)
     fits &= (seen_back & seen_back.T)[:, None]
+    if picture is not None:
+        fits &= _on_edges(picture, saddles, fits.any(axis=1), distance)[:, None]
     for direction, sign in enumerate((1, -1)):
         ahead = np.where(fits & (sign * along > 0), distance[:, None], np.inf)
         nearest = ahead.argmin(axis=2)
         none = ~np.isfinite(np.take_along_axis(ahead, nearest[..., None], axis=2)[..., 0])
         chosen[..., direction] = np.where(none, -1, nearest)
     return _mutual(_of_like_length(chosen, distance))
+
+
+def _on_edges(
+    picture: NDArray[np.float32], saddles: Saddles, asked: NDArray[np.bool_], distance: Float
+) -> NDArray[np.bool_]:
+    """(N, N) which of the links asked about are edges; only the shorter ones are looked at."""
+    asked = asked & (distance > _SHORTEST_EDGE_PX)
+    near = np.argsort(np.where(asked, distance, np.inf), axis=1, kind="stable")[:, :_LOOKED_AT]
+    first, last = np.repeat(np.arange(len(saddles)), near.shape[1]), near.ravel()
+    kept = asked[first, last]
+    first, last = first[kept], last[kept]
+    edges = np.zeros_like(asked)
+    edges[first, last] = are_edges(picture, saddles, first, last)
+    return edges & edges.T
 
 
 def _of_like_length(chosen: NDArray[np.intp], distance: Float) -> NDArray[np.intp]:

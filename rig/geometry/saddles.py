@@ -12,6 +12,7 @@ Picture = NDArray[np.float32]
 MAX_SADDLES = 400
 """No more are looked at, so that noise costs no more time than a board."""
 _RING = 16
+_TURN = np.arange(_RING) * (2 * np.pi / _RING)
 _WEAKEST = 0.01
 """Responses below this share of the strongest ones are not looked at."""
 
@@ -55,11 +56,10 @@ def find_saddles(picture: Picture, *, smooth_px: float, ring_px: float) -> Saddl
     row, column = _strongest(strength, border=int(np.ceil(ring_px)) + 1)
     hessian = np.stack([xx[row, column], xy[row, column], yy[row, column]]).astype(np.float64)
     xy_px = np.stack([column, row], axis=-1) + _beside_pixel(smooth, row, column, hessian)
-    # Where edges cross at a sharp angle the Hessian turns within a pixel.
-    fields = (np.asarray(field, np.float32) for field in (xx, xy, yy))
-    axes, bright = _directions(np.stack([bilinear(field, xy_px) for field in fields]))
-    kept, contrast = _ring_test(smooth, xy_px, ring_px)
-    return Saddles(xy_px[kept], axes[kept], bright[kept], contrast[kept])
+    ring = bilinear(smooth, xy_px[:, None] + ring_px * _unit(_TURN))
+    kept, contrast = _ring_test(ring)
+    axes, bright = _directions(ring[kept])
+    return Saddles(xy_px[kept], axes, bright, contrast[kept])
 
 
 def _strongest(strength: Picture, *, border: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -90,31 +90,43 @@ def _beside_pixel(
     return np.clip(np.stack([x, y], axis=-1) / determinant[:, None], -1, 1)
 
 
-def _directions(hessian: Float) -> tuple[Float, Float]:
-    """Where the quadratic form of the Hessian (xx, xy, yy) vanishes, and where it rises most."""
-    xx, xy, yy = hessian
-    mean, half = (xx + yy) / 2, (xx - yy) / 2
-    radius = np.maximum(np.hypot(half, xy), 1e-12)
-    bright = np.stack([half, xy], axis=-1) / radius[:, None]
-    angle = 0.5 * np.arctan2(xy, half)
-    # cos(2 (t - angle)) = -mean / radius along an edge.
-    aside = 0.5 * np.arccos(np.clip(-mean / radius, -1, 1))
-    edges = np.stack([angle + aside, angle - aside], axis=-1)
-    return np.stack([np.cos(edges), np.sin(edges)], axis=-1), bright
+def _directions(ring: Float) -> tuple[Float, Float]:
+    """Axes (N, 2, 2) along the edges, and the doubled direction (N, 2) into a bright quadrant.
+
+    Edges cross the ring where its grey levels pass their middle. Seen from the middle of the ring
+    this holds at every angle between the edges; the Hessian does so only without blur.
+    """
+    above = ring > _middle(ring)
+    following = np.roll(above, -1, axis=1)
+    point, place = np.nonzero(above != following)
+    now, then = ring[point, place], np.roll(ring, -1, axis=1)[point, place]
+    part = (_middle(ring)[point, 0] - now) / (then - now)
+    # Every ring has four crossings: 0 and 2 are the two ends of one edge, 1 and 3 of the other.
+    crossing = ((place + part) * (2 * np.pi / _RING)).reshape(-1, 4)
+    edges = (crossing[:, :2] + crossing[:, 2:] - np.pi) / 2
+    first_is_bright = following[point, place].reshape(-1, 4)[:, 0]
+    between = edges.sum(axis=1) / 2 + np.where(first_is_bright, 0.0, np.pi / 2)
+    return _unit(edges), _unit(2 * between)
 
 
-def _ring_test(smooth: Picture, xy_px: Float, ring_px: float) -> tuple[NDArray[np.bool_], Float]:
-    """Which points have four quadrants in turn, and their contrast."""
-    turn = np.arange(_RING) * (2 * np.pi / _RING)
-    at = xy_px[:, None] + ring_px * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    ring = bilinear(smooth, at)
-    low, high = ring.min(axis=1), ring.max(axis=1)
-    contrast = high - low
-    above = ring > ((low + high) / 2)[:, None]
+def _ring_test(ring: Float) -> tuple[NDArray[np.bool_], Float]:
+    """Which rings (N, R) have four quadrants in turn, and their contrast."""
+    contrast = ring.max(axis=1) - ring.min(axis=1)
+    above = ring > _middle(ring)
     changes = (above != np.roll(above, 1, axis=1)).sum(axis=1)
     half_turn = ring - np.roll(ring, _RING // 2, axis=1)
     uneven = np.abs(half_turn).mean(axis=1)
     return (changes == 4) & (uneven < 0.35 * contrast) & (contrast > 0), contrast
+
+
+def _middle(ring: Float) -> Float:
+    """(N, 1) between the darkest and the brightest."""
+    return ((ring.min(axis=1) + ring.max(axis=1)) / 2)[:, None]
+
+
+def _unit(angle_rad: Float) -> Float:
+    """Unit vectors (..., 2)."""
+    return np.stack([np.cos(angle_rad), np.sin(angle_rad)], axis=-1)
 
 
 def bilinear(picture: Picture, xy_px: Float) -> Float:
