@@ -1,6 +1,7 @@
-"""The checkerboard of a simulated rig: where it is and how bright it is."""
+"""The board of a simulated rig: where it is and how bright it is."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,13 @@ PAPER = 0.72
 """Light from white squares and the margin."""
 
 
+Print = tuple[str, ...]
+"""Rows of texels, `#` ink and `.` paper: the same whole number of them along every square."""
+
+
 @dataclass(frozen=True, slots=True)
 class Board:
-    """A flat checkerboard with a white margin; its frame: x right, y down, origin in the middle."""
+    """A flat board with a margin; its frame: x right, y down, origin in the middle."""
 
     columns: int
     """Inner corners per row."""
@@ -31,6 +36,10 @@ class Board:
     """Of the board, in the world."""
     rotation_deg: Vector
     """Rodrigues vector of world_from_board."""
+    print: Print = ()
+    """What is printed inside the margin; empty: a plain checkerboard, first square black."""
+    margin_light: float = PAPER
+    """Light from the margin."""
 
     @property
     def rotation(self) -> Array:
@@ -73,9 +82,25 @@ class Board:
         unit = np.concatenate([np.stack(pair, axis=-1) for pair in around])
         return unit * self.half_size_mm
 
-    def squares(self) -> NDArray[np.float32]:
-        """Return the light of all squares and of a ring of paper: (rows + 3, columns + 3)."""
-        ring = np.full((self.rows + 3, self.columns + 3), PAPER, np.float32)
-        row, column = np.indices((self.rows + 1, self.columns + 1))
-        ring[1:-1, 1:-1] = np.where((row + column) % 2 == 0, INK, PAPER)
-        return ring
+    @property
+    def texels(self) -> NDArray[np.float32]:
+        """Light of all texels without the margin, as many of them along every square."""
+        return _texels(self.print or _checkerboard(*self.squares_across))
+
+    @property
+    def texel_mm(self) -> float:
+        """Side of a texel."""
+        return self.square_mm * self.squares_across[0] / self.texels.shape[1]
+
+
+@lru_cache(maxsize=8)
+def _checkerboard(across: int, down: int) -> Print:
+    return tuple("".join(".#"[(row + x) % 2 == 0] for x in range(across)) for row in range(down))
+
+
+@lru_cache(maxsize=8)
+def _texels(rows: Print) -> NDArray[np.float32]:
+    ink = np.array([list(row) for row in rows]) == "#"
+    light = np.where(ink, np.float32(INK), np.float32(PAPER))
+    light.flags.writeable = False
+    return light

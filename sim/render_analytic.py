@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.errors import ConfigError
-from sim.board import INK, PAPER, Board
+from sim.board import Board
 from sim.optics import TrueCamera
 from sim.scenes.catalogue import static_surfaces
 from sim.surface import Surface, cast
@@ -62,14 +62,15 @@ def _draw(camera: TrueCamera, board: Board) -> Picture:
 
 
 def _on_board(camera: TrueCamera, board: Board, x_px: Array, y_px: Array) -> tuple[Array, Array]:
-    """Return where rays meet the board: x and y in squares from the first square's corner."""
+    """Return where rays meet the board: x and y in texels from the first square's corner."""
     to_board = board.rotation.T
     start = to_board @ (np.asarray(camera.position_mm) - np.asarray(board.centre_mm))
     along = camera.directions(x_px, y_px) @ (to_board @ camera.rotation).T
     distance = -start[2] / along[..., 2]
+    texels = board.texels.shape[::-1]
     x, y = (
-        (start[axis] + distance * along[..., axis]) / board.square_mm + squares / 2.0
-        for axis, squares in enumerate(board.squares_across)
+        (start[axis] + distance * along[..., axis]) / board.texel_mm + texels[axis] / 2.0
+        for axis in (0, 1)
     )
     return x, y
 
@@ -80,8 +81,8 @@ def _sampled(x: Array, y: Array, board: Board) -> tuple[Picture, Picture]:
     cover, light = _look(x[inner], y[inner], board)
     x_slope, y_slope = _half_steps(x), _half_steps(y)
     # Only a pixel whose footprint crosses an edge needs more than its middle.
-    mixed = _crosses(x[inner], x_slope, board.squares_across[0], board)
-    mixed |= _crosses(y[inner], y_slope, board.squares_across[1], board)
+    rows, columns = board.texels.shape
+    mixed = _crosses(x[inner], x_slope, columns, board) | _crosses(y[inner], y_slope, rows, board)
     across, down = _places_in_pixels(int(mixed.sum()))
     fine_x, fine_y = (
         place[inner][mixed].astype(np.float32)[:, None]
@@ -103,27 +104,27 @@ def _half_steps(place: Array) -> tuple[Array, Array]:
 
 
 def _crosses(
-    place: Array, slope: tuple[Array, Array], squares: int, board: Board
+    place: Array, slope: tuple[Array, Array], texels: int, board: Board
 ) -> NDArray[np.bool_]:
-    """Whether a pixel holds a line between squares, or an end of the paper, along one axis."""
+    """Whether a pixel holds a line between texels, or an end of the paper, along one axis."""
     reach = np.abs(slope[0]) + np.abs(slope[1])
-    margin = board.margin_mm / board.square_mm
+    margin = board.margin_mm / board.texel_mm
     to_line = np.abs(place - np.rint(place))
-    to_end = np.abs(np.abs(place - squares / 2.0) - (squares / 2.0 + margin))
+    to_end = np.abs(np.abs(place - texels / 2.0) - (texels / 2.0 + margin))
     return np.minimum(to_line, to_end) <= reach
 
 
 def _look(
     x: NDArray[np.floating], y: NDArray[np.floating], board: Board
 ) -> tuple[Picture, Picture]:
-    """Cover (0 or 1) and light at exact places, in squares from the first square's corner."""
-    columns, rows = board.squares_across
-    margin = board.margin_mm / board.square_mm
-    column, row = np.floor(x).astype(np.int32), np.floor(y).astype(np.int32)
-    chequered = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
-    ink = chequered & ((column + row) & 1 == 0)
+    """Cover (0 or 1) and light at exact places, in texels from the first square's corner."""
+    rows, columns = board.texels.shape
+    margin = board.margin_mm / board.texel_mm
+    ring = np.pad(board.texels, 1, constant_values=board.margin_light)
+    column = np.clip(np.floor(x), -1, columns).astype(np.int32)
+    row = np.clip(np.floor(y), -1, rows).astype(np.int32)
     cover = (x >= -margin) & (x <= columns + margin) & (y >= -margin) & (y <= rows + margin)
-    light = np.where(ink, np.float32(INK), np.float32(PAPER)) * cover
+    light = ring[row + 1, column + 1] * cover
     return cover.astype(np.float32), light
 
 

@@ -137,14 +137,14 @@ class MitsubaRenderer:
         )
 
     def _board(self, board: Board) -> dict[str, Any]:
-        """One texel per square gives exact edges; the margin lies in the texture's outer ring."""
-        squares = board.squares()
-        ring_rows, ring_columns = squares.shape
-        size = 2.0 * board.half_size_mm / board.square_mm / (ring_columns, ring_rows)
-        start = (1.0 - board.margin_mm / board.square_mm) / np.array([ring_columns, ring_rows])
+        """Nearest texels give exact edges; the margin lies in the texture's outer ring."""
+        ring = np.pad(board.texels, 1, constant_values=board.margin_light)
+        ring_rows, ring_columns = ring.shape
+        size = 2.0 * board.half_size_mm / board.texel_mm / (ring_columns, ring_rows)
+        start = (1.0 - board.margin_mm / board.texel_mm) / np.array([ring_columns, ring_rows])
         to_uv = self._mi.ScalarTransform4f().translate([*start, 0.0]).scale([*size, 1.0])
         texture = {
-            "bitmap": self._mi.Bitmap(squares[:, :, None]),
+            "bitmap": self._mi.Bitmap(ring[:, :, None]),
             "filter_type": "nearest",
             "to_uv": to_uv,
         }

@@ -12,9 +12,17 @@ from numpy.typing import NDArray
 
 from rig.devices import Clock
 from rig.errors import ConfigError
-from rig.profile import OakCameraConfig, Profile, SimCameraConfig, ViewConfig
-from rig.profile.world import ViewErrorConfig, WorldConfig
-from sim.board import Board
+from rig.profile import (
+    CharucoConfig,
+    OakCameraConfig,
+    Profile,
+    SimCameraConfig,
+    TargetConfig,
+    ViewConfig,
+)
+from rig.profile.world import Vector, ViewErrorConfig, WorldConfig
+from sim.board import INK, PAPER, Board
+from sim.charuco_print import charuco_print
 from sim.optics import TrueCamera
 from sim.scenes.catalogue import Scene, static_shapes
 from sim.surface import cast
@@ -76,6 +84,8 @@ class World:
         self._camera = camera
         self._carriage = carriage
         self._began_s = clock.now_s()
+        target = profile.target
+        self._print = charuco_print(target) if isinstance(target, CharucoConfig) else ()
 
     def moment(self, t_s: float) -> Moment:
         """Return everything that a picture taken at `t_s` depends on."""
@@ -174,11 +184,28 @@ class World:
         axis = np.array([right, down, 1.0]) / math.hypot(right, down, 1.0)
         start_mm = np.array([*config.board_offset_mm, config.carriage.board_at_machine_zero_mm])
         x_mm, y_mm, z_mm = (start_mm + travelled_mm * axis).tolist()
+        return self._printed(target, (x_mm, y_mm, z_mm), (*config.board_tilt_deg, 0.0))
+
+    def _printed(self, target: TargetConfig, centre_mm: Vector, rotation_deg: Vector) -> Board:
+        """The board of the profile at a place."""
+        square_mm = self.config.board_square_mm or target.square_mm
+        margin_mm = self.config.board_margin_mm
+        if isinstance(target, CharucoConfig):
+            return Board(
+                columns=target.squares_across - 1,
+                rows=target.squares_down - 1,
+                square_mm=square_mm,
+                margin_mm=margin_mm,
+                centre_mm=centre_mm,
+                rotation_deg=rotation_deg,
+                print=self._print,
+                margin_light=INK if target.inverted else PAPER,
+            )
         return Board(
             columns=target.columns,
             rows=target.rows,
-            square_mm=config.board_square_mm or target.square_mm,
-            margin_mm=config.board_margin_mm,
-            centre_mm=(x_mm, y_mm, z_mm),
-            rotation_deg=(*config.board_tilt_deg, 0.0),
+            square_mm=square_mm,
+            margin_mm=margin_mm,
+            centre_mm=centre_mm,
+            rotation_deg=rotation_deg,
         )

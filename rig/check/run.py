@@ -18,9 +18,9 @@ from rig.curve import Curve
 from rig.devices import Camera, Clock, Stage
 from rig.errors import DeviceError, RigError, ViewSkewError
 from rig.frames import MultiView
-from rig.geometry.board import Board
 from rig.hardware import Answers
 from rig.profile import FolderCameraConfig, Profile
+from rig.target import target_of
 
 STILLS = 16
 """Multi-views of the board at rest: the noise of each view is then known within 1 %."""
@@ -129,7 +129,7 @@ def _bench(profile: Profile, stage: Stage | None, camera: Camera, clock: Clock) 
     target, config = profile.target, profile.sweep
     if stage is None or target is None or config is None:
         return None
-    board = Board(target.columns, target.rows, target.square_mm)
+    board = target_of(target)
     return Bench(profile, board, config, stage, camera, clock)
 
 
@@ -175,7 +175,7 @@ def _standing(
     except DeviceError as error:
         yield from (Item(name, "skip", str(error)) for name in MOVING[1:])
         return
-    board = Board(target.columns, target.rows, target.square_mm)
+    board = target_of(target)
     seen = see(profile, board, taken, position_mm)
     yield judge_drift(profile, seen, request.curve)
     yield judge_seen(profile, [seen])

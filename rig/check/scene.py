@@ -14,8 +14,8 @@ from rig.check.pictures import (
 from rig.check.stills import measure_stills
 from rig.check.timing import judge_settling
 from rig.frames import MultiView
-from rig.geometry.board import Board
 from rig.profile import Profile
+from rig.target import target_of
 
 
 def judge_scene(
@@ -29,7 +29,7 @@ def judge_scene(
         at_mm: where the stage carried the board before them; None where it was left alone.
     """
     target = profile.target
-    board = None if target is None else Board(target.columns, target.rows, target.square_mm)
+    board = None if target is None else target_of(target)
     samples = 5 if profile.sweep is None else profile.sweep.samples
     views = measure_stills(taken, board, samples=samples)
     where = "where it stands" if at_mm is None else f"at {at_mm:.1f} mm"

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from rig.check.photon_transfer import PhotonTransfer, photon_transfer
 from rig.errors import TargetError
 from rig.frames import Frame, MultiView
-from rig.geometry.board import Board
-from rig.geometry.corners import Corners, corner_motion_px, find_corners
+from rig.geometry.corners import Corners, corner_motion_px
+from rig.geometry.targets import Target, full_corners
 
 Sighting = Corners | TargetError
 """The board in one picture, or why it is not there."""
@@ -49,18 +49,18 @@ class ViewStills:
     """Largest departure of a picture's mean from the mean of all, as a share of it."""
 
 
-def see_board(image: NDArray[np.uint8] | NDArray[np.uint16], board: Board | None) -> Sighting:
+def see_board(image: NDArray[np.uint8] | NDArray[np.uint16], board: Target | None) -> Sighting:
     """Return the corners of the board, or the reason why there are none."""
     if board is None:
         return TargetError("the profile has no [target]; add it", reason="no-target")
     try:
-        return find_corners(image, board)
+        return full_corners(image, board)
     except TargetError as error:
         return error
 
 
 def measure_stills(
-    multiviews: Sequence[MultiView], board: Board | None, *, samples: int
+    multiviews: Sequence[MultiView], board: Target | None, *, samples: int
 ) -> tuple[ViewStills, ...]:
     """Measure every view in repeated pictures of a board at rest.
 
@@ -76,7 +76,7 @@ def measure_stills(
     )
 
 
-def _measure_view(frames: Sequence[Frame], board: Board | None, last: int) -> ViewStills:
+def _measure_view(frames: Sequence[Frame], board: Target | None, last: int) -> ViewStills:
     images = np.stack([frame.image for frame in frames])
     full_scale = float(frames[0].full_scale)
     sighting = see_board(frames[0].image, board)

@@ -11,7 +11,7 @@ from rig.epipolar.board_fit import fit_board_slope
 from rig.epipolar.board_slope import BoardSlope
 from rig.errors import DeviceError, SlopeError, TargetError, ViewSkewError
 from rig.frames import MultiView
-from rig.geometry.board import Board
+from rig.geometry.targets import Target
 from rig.profile import Profile, SweepConfig
 from rig.rectified import rectified_views
 
@@ -44,7 +44,7 @@ class Bench:
     """Both devices of a rig, and what a sweep would do with them."""
 
     profile: Profile
-    board: Board
+    board: Target
     config: SweepConfig
     stage: Stage
     camera: Camera
@@ -77,7 +77,7 @@ class Bench:
             )
 
 
-def see(profile: Profile, board: Board, multiview: MultiView, reached_mm: float) -> Seen:
+def see(profile: Profile, board: Target, multiview: MultiView, reached_mm: float) -> Seen:
     """Find the board in every view, and its slope."""
     sightings = tuple(see_board(frame.image, board) for frame in multiview.frames)
     slope: BoardSlope | None

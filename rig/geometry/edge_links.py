@@ -43,4 +43,4 @@ def are_edges(
     weaker = np.minimum(saddles.contrast[first], saddles.contrast[last])[:, None]
     up = (difference > _LEAST_STEP * weaker).all(axis=1)
     down = (difference < -_LEAST_STEP * weaker).all(axis=1)
-    return up | down
+    return np.logical_or(up, down)

@@ -12,7 +12,7 @@ Picture = NDArray[np.float32]
 MAX_SADDLES = 400
 """No more are looked at, so that noise costs no more time than a board."""
 _RING = 16
-_TURN = np.arange(_RING) * (2 * np.pi / _RING)
+_TURN: Float = np.arange(_RING, dtype=np.float64) * (2 * np.pi / _RING)
 _WEAKEST = 0.01
 """Responses below this share of the strongest ones are not looked at."""
 

@@ -7,7 +7,7 @@ from rig.profile.cameras import (
     SimCameraConfig,
     V4l2CameraConfig,
 )
-from rig.profile.models import Profile, SweepConfig, TargetConfig, ViewConfig
+from rig.profile.models import Profile, SweepConfig, ViewConfig
 from rig.profile.stages import (
     GrblStageConfig,
     MarlinStageConfig,
@@ -16,6 +16,7 @@ from rig.profile.stages import (
     StageProtocol,
     ZaberStageConfig,
 )
+from rig.profile.targets import CharucoConfig, CheckerboardConfig, TargetConfig
 from rig.profile.world import (
     CarriageConfig,
     FirmwareConfig,
@@ -27,6 +28,8 @@ from rig.profile.world import (
 __all__ = [
     "CameraConfig",
     "CarriageConfig",
+    "CharucoConfig",
+    "CheckerboardConfig",
     "FirmwareConfig",
     "FolderCameraConfig",
     "GrblStageConfig",

@@ -1,7 +1,7 @@
 """A profile: one rig, described completely, as it stands on the bench."""
 
 from collections.abc import Mapping
-from typing import Literal, Self
+from typing import Self
 
 from pydantic import Field, model_validator
 
@@ -14,6 +14,7 @@ from rig.profile.cameras import (
 )
 from rig.profile.model import Model, NotNegative, Positive, Span
 from rig.profile.stages import StageConfig
+from rig.profile.targets import TargetConfig
 from rig.profile.world import WorldConfig
 
 
@@ -26,19 +27,6 @@ class ViewConfig(Model):
     """Place right of the reference view, in view steps (multiples of the pitch)."""
     y_steps: float
     """Place below the reference view, in view steps."""
-
-
-class TargetConfig(Model):
-    """The board on the stage."""
-
-    kind: Literal["checkerboard"]
-    """A plain checkerboard."""
-    columns: int = Field(ge=3)
-    """Inner corners along the longer side."""
-    rows: int = Field(ge=3)
-    """Inner corners along the shorter side."""
-    square_mm: Positive
-    """Side of one square."""
 
 
 class SweepConfig(Model):

@@ -10,11 +10,12 @@ from rig.epipolar.board_prior import DenseBoardSlope, measure_dense
 from rig.epipolar.board_slope import BoardSlope
 from rig.errors import SlopeError, TargetError
 from rig.frames import GreyImage
-from rig.geometry.board import Board
-from rig.geometry.corners import Corners, find_corners
+from rig.geometry.corners import Corners
+from rig.geometry.targets import Target, full_corners
 from rig.profile import Profile
 from rig.rectified import rectified_views
 from rig.sweep.request import sweep_setup
+from rig.target import target_of
 
 TRACK_RESIDUAL = "track_residual_px"
 """Detail of a measurement: rms distance of the corners from their epipolar lines."""
@@ -36,8 +37,7 @@ def measure_sample(profile: Profile, images: GreyImage) -> Measurement:
     Returns:
         Slopes at the centre of the board; or why there are none.
     """
-    target = sweep_setup(profile).target
-    board = Board(target.columns, target.rows, target.square_mm)
+    board = target_of(sweep_setup(profile).target)
     try:
         views = rectified_views(profile, images)
         corners = [_corners_or_reason(image, board) for image in images]
@@ -69,10 +69,10 @@ def measure_sample(profile: Profile, images: GreyImage) -> Measurement:
 
 
 def _corners_or_reason(
-    image: NDArray[np.uint8] | NDArray[np.uint16], board: Board
+    image: NDArray[np.uint8] | NDArray[np.uint16], board: Target
 ) -> Corners | TargetError:
     try:
-        return find_corners(image, board)
+        return full_corners(image, board)
     except TargetError as error:
         return error
 

@@ -91,11 +91,11 @@ def find_charuco(image: Image, board: CharucoBoard) -> Detection:
     raise why_not(image, pictures[0], board, seen, most)
 
 
-def _black_on_white(image: Image, board: CharucoBoard) -> Image:
+def _black_on_white(image: Image, board: CharucoBoard) -> Picture:
+    picture = np.asarray(image, np.float32)
     if not board.inverted:
-        return image
-    top = 65535 if image.dtype == np.uint16 else 255
-    return np.asarray(top - image, image.dtype)
+        return picture
+    return np.float32(65535 if image.dtype == np.uint16 else 255) - picture
 
 
 def _lattices(picture: Picture) -> list[Lattice]:
@@ -108,8 +108,8 @@ def _on_board(lattice: Lattice, placing: Placing, board: CharucoBoard) -> Float:
     """(rows, columns, 2) corners of the lattice where the board has them, NaN elsewhere."""
     turned = np.rot90(lattice.xy_px, placing.quarters)
     grid = np.full((board.rows, board.columns, 2), np.nan)
-    row, column = np.indices(turned.shape[:2])
-    row, column = row + placing.row, column + placing.column
+    row = np.indices(turned.shape[:2])[0] + placing.row
+    column = np.indices(turned.shape[:2])[1] + placing.column
     there = (row >= 0) & (row < board.rows) & (column >= 0) & (column < board.columns)
     grid[row[there], column[there]] = turned[there]
     return grid

@@ -186,7 +186,7 @@ def _other_layout(
                     255 - picture if turned_round else picture,
                     lattice.xy_px,
                     bits_across=bits.shape[1] + 2,
-                    marker_share=board.marker_mm / board.square_mm,
+                    share=board.marker_mm / board.square_mm,
                 )
             found = known_markers(read[key], bits)
             if len(found) >= _FEWEST_MARKERS:

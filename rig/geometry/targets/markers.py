@@ -59,7 +59,7 @@ def place_lattice(picture: Picture, xy_px: Float, board: CharucoBoard) -> Placin
         picture,
         xy_px,
         bits_across=board.bits_across,
-        marker_share=board.marker_mm / board.square_mm,
+        share=board.marker_mm / board.square_mm,
     )
     return place_on_board(cells, board.marker_numbers, board.marker_bits)
 
@@ -78,29 +78,27 @@ def padded_grid(xy_px: Float) -> Float:
     return map_points(homography, ring) + np.pad(apart, ((1, 1), (1, 1), (0, 0)), mode="edge")
 
 
-def read_cells(
-    picture: Picture, xy_px: Float, *, bits_across: int, marker_share: float
-) -> ReadCells:
+def read_cells(picture: Picture, xy_px: Float, *, bits_across: int, share: float) -> ReadCells:
     """Sample the bits of a marker in every square.
 
     Args:
         picture: (H, W) grey, black markers on white.
         xy_px: (R, C, 2) corners of a lattice, NaN where none was found; at least 2 x 2.
         bits_across: bits of a marker with its border.
-        marker_share: side of a marker over the side of a square.
+        share: side of a marker over the side of a square.
     """
     grid = padded_grid(xy_px)
     shape = (grid.shape[0] - 1, grid.shape[1] - 1)
     quads = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=2)
     square_from_unit = _homographies(quads.reshape(-1, 4, 2))
-    bit = marker_share / bits_across
+    bit = share / bits_across
     middles = 0.5 + bit * (np.arange(bits_across) - (bits_across - 1) / 2)
     fine = (middles[:, None] + bit * np.array(_PLACES_IN_BIT)).ravel()
     v, u = np.meshgrid(fine, fine, indexing="ij")
     grey, inside = _look(picture, square_from_unit, np.stack([u, v], axis=-1).reshape(-1, 2))
     per_bit = len(_PLACES_IN_BIT)
     levels = grey.reshape(-1, bits_across, per_bit, bits_across, per_bit).mean(axis=(2, 4))
-    edge = (1 - marker_share) / 4
+    edge = (1 - share) / 4
     along = np.linspace(0.2, 0.8, 4)
     margin = [(edge, a) for a in along] + [(1 - edge, a) for a in along]
     around, _ = _look(picture, square_from_unit, np.array(margin + [(b, a) for a, b in margin]))
@@ -202,8 +200,7 @@ def _placings(
     for index in np.argsort(-votes, kind="stable")[:8]:
         row, column = (int(number) for number in offsets[index])
         at = place + offsets[index]
-        on_board = ((at >= 0) & (at < numbers.shape)).all(axis=1)
-        number = np.where(on_board, numbers[tuple(np.where(on_board[:, None], at, 0).T)], -1)
+        number = _numbers_at(numbers, at)
         expected = number >= 0
         bits_wrong = np.where(expected, wrong[np.arange(len(place)), number], 0)
         agrees = expected & (bits_wrong <= allowed)
@@ -213,6 +210,13 @@ def _placings(
         if enough and (agreeing > 1 or total_wrong == 0):
             good.append((agreeing, total_wrong, Placing(quarters, row, column, agreeing)))
     return good
+
+
+def _numbers_at(numbers: NDArray[np.intp], at: NDArray[np.intp]) -> NDArray[np.intp]:
+    """(S,) numbers of the markers at rows and columns (S, 2) of the board; -1 beyond it."""
+    padded = np.pad(numbers, 1, constant_values=-1)
+    inside = np.clip(at + 1, 0, np.array(padded.shape) - 1)
+    return padded[inside[:, 0], inside[:, 1]]
 
 
 def _homographies(quads: Float) -> Float:
@@ -243,5 +247,5 @@ def _look(
     mapped = points @ square_from_unit.transpose(0, 2, 1)
     xy_px = mapped[..., :2] / np.where(np.abs(mapped[..., 2:]) > 1e-9, mapped[..., 2:], 1e-9)
     last = np.array(picture.shape[::-1]) - 1
-    inside = ((xy_px >= 0) & (xy_px <= last)).all(axis=(1, 2))
-    return bilinear(picture, np.clip(xy_px, 0, last)), inside
+    within = np.clip(xy_px, 0, last)
+    return bilinear(picture, within), np.asarray((within == xy_px).all(axis=(1, 2)))

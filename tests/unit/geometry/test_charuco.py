@@ -46,7 +46,7 @@ def test_corners_lie_within_a_hundredth_of_a_pixel_under_their_own_numbers(
     # Markers next to a corner raise its residual, and so its sigma, but do not move it.
     assert 0.25 < np.std(error / found.sigma_px[:, None]) < 1.2
     assert found.contrast == pytest.approx(150, rel=0.1)
-    assert found.blur_px == pytest.approx(np.hypot(0.9, 12**-0.5), rel=0.1)
+    assert found.blur_px == pytest.approx(np.hypot(0.9, 12**-0.5), rel=0.15)
 
 
 @pytest.mark.parametrize("inverted", [False, True])
