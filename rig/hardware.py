@@ -1,6 +1,6 @@
 """From a profile to opened devices: the only place that knows drivers and simulation."""
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -119,12 +119,8 @@ class _Bench:
                 return FolderCamera(
                     config, self._profile.views, root=Path(config.folder), clock=self.clock
                 )
-
             case OakCameraConfig() as config:
-                from drivers.oak.camera import OakCamera
-
-                names = [view.name for view in self._profile.views]
-                return OakCamera(config, names, self._oak_sensors(config), self.clock)
+                return self._oaks(config)
             case V4l2CameraConfig() as config:
                 return self._v4l2_array(config)
 
@@ -142,15 +138,44 @@ class _Bench:
             timeout_s=config.timeout_s,
         )
 
-    def _oak_sensors(self, config: OakCameraConfig) -> "Sensors":
+    def _oaks(self, config: OakCameraConfig) -> Camera:
+        from drivers.oak.camera import OakCamera
+
+        views = [view.name for view in self._profile.views]
+        cameras = [
+            OakCamera(
+                config,
+                [view for view in views if view in sockets],
+                self._oak_sensors(config, device, sockets),
+                self.clock,
+            )
+            for device, sockets in config.by_device.items()
+        ]
+        if len(cameras) == 1:
+            return cameras[0]
+        from drivers.camera_array import CameraArray
+
+        return CameraArray(
+            cameras,
+            views=views,
+            period_s=1.0 / config.rate_hz,
+            max_skew_s=config.max_skew_s,
+            timeout_s=config.timeout_s,
+        )
+
+    def _oak_sensors(
+        self, config: OakCameraConfig, device: str, sockets: Mapping[str, str]
+    ) -> "Sensors":
         if not config.is_simulated:
             from drivers.oak.device_sensors import DeviceSensors
 
-            return DeviceSensors(config, config.device, config.sockets)
+            return DeviceSensors(config, device, sockets)
         from drivers.oak.host_sensors import HostSensors
         from sim.oak import SimOakRack
 
-        return HostSensors(SimOakRack(config, self._looked_at()))
+        return HostSensors(
+            SimOakRack(config, self._looked_at(), device=device, views=tuple(sockets))
+        )
 
     def _looked_at(self) -> "World":
         if self._world is None:

@@ -1,5 +1,6 @@
 """Simulated sensors for a DepthAI pipeline without a device: what each would send, in real time."""
 
+import math
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -58,6 +59,8 @@ class SimOakRack:
         config: the profile's camera: rate, exposure and controls that the sensors obey.
         world: its clock must be the real one, CLOCK_MONOTONIC.
         faults: by view name.
+        device: tells it from other devices of the rig.
+        views: of this device; None for all.
     """
 
     def __init__(
@@ -65,21 +68,26 @@ class SimOakRack:
         config: OakCameraConfig,
         world: World,
         faults: Mapping[str, SensorFaults] | None = None,
+        *,
+        device: str = "sim://oak",
+        views: tuple[str, ...] | None = None,
     ) -> None:
         self._config = config
         self._world = world
         self._faults = dict(faults or {})
+        self._device = device
+        self._views = views
         self._light = _Light(world)
 
     @property
     def serial(self) -> str:
-        """Name of the simulated rig."""
-        return self._world.profile.name
+        """Name of the simulated rig and of the device."""
+        return f"{self._world.profile.name} {self._device.removeprefix('sim://')}"
 
     def sources(self) -> Mapping[str, "SimSensor"]:
         """Return the sensors by view name, switched on now."""
         self._light.on(0, self._world.clock.now_s())  # the first drawing takes longest
-        began_s = self._world.clock.now_s()
+        began_s = self._first_pulse_s(self._world.clock.now_s())
         return {
             view.name: SimSensor(
                 self._config,
@@ -90,7 +98,14 @@ class SimOakRack:
                 faults=self._faults.get(view.name, SensorFaults()),
             )
             for number, view in enumerate(self._world.profile.views)
+            if self._views is None or view.name in self._views
         }
+
+    def _first_pulse_s(self, now_s: float) -> float:
+        """Return when frame 0 begins: now, or with the next pulse that all devices get."""
+        if self._config.sync not in ("external", "ptp"):
+            return now_s
+        return math.ceil(now_s * self._config.rate_hz) / self._config.rate_hz
 
 
 class _Light:

@@ -15,6 +15,7 @@ from drivers.oak.watchdog import Watchdog
 from rig.errors import DeviceLostError
 
 _GROUPS_KEPT = 2
+_AT_ONCE = timedelta(0)
 _FRAMES_KEPT = 8
 """Per sensor, waiting for their partners in Sync."""
 _HALF_PERIOD_SHARE = 0.45
@@ -129,7 +130,9 @@ class Streams:
 
     def _look(self) -> None:
         for view, queue in self._newest.items():
-            frame = cast("dai.ImgFrame | None", queue.tryGet())
+            # `tryGet` would hold the interpreter's lock while it waits for the queue's. A sender
+            # that throws a host node's frame away does the reverse: both would wait for ever.
+            frame = cast("dai.ImgFrame | None", queue.get(_AT_ONCE))
             if frame is not None:
                 self._saw(view, frame)
 

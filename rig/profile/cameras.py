@@ -87,6 +87,15 @@ class OakCameraConfig(CameraLimits):
         """Whether there is no device behind the pipeline."""
         return self.device.startswith("sim://")
 
+    @property
+    def by_device(self) -> dict[str, dict[str, str]]:
+        """By device: the sockets of its views."""
+        grouped: dict[str, dict[str, str]] = {}
+        for view, socket in self.sockets.items():
+            device, _, name = socket.rpartition("/")
+            grouped.setdefault(device or self.device, {})[view] = name
+        return grouped
+
     @model_validator(mode="after")
     def _exposure_fits_the_rate(self) -> Self:
         if self.exposure_s * self.rate_hz >= 1.0:

@@ -48,6 +48,35 @@ with camera:
         camera.grab(1.0)
 """
 
+FLOOD = """
+import faulthandler, time
+import numpy as np
+from drivers.oak.host_sensors import HostSensors
+from drivers.oak.streams import Streams
+from sim.oak import SimSensorFrame
+
+faulthandler.dump_traceback_later(40, exit=True)
+
+class Flood:
+    serial = "flood"
+    def sources(self):
+        return {view: Flood() for view in "abc"}
+    count = 0
+    def next_frame(self, wait_s):
+        self.count += 1
+        if self.count % 4 == 0:
+            time.sleep(0)
+        now_s = time.monotonic()
+        image = np.zeros((4, 8), np.uint8)
+        return SimSensorFrame(image, now_s, self.count, 0.001, 100, -1, 0, None)
+
+with HostSensors(Flood()) as sensors, Streams(sensors, period_s=0.001) as streams:
+    ends_s = time.monotonic() + 4.0
+    while time.monotonic() < ends_s:
+        streams.next_group(0.0)
+print(streams.watchdog.silent_since(ends_s - 3.0))
+"""
+
 
 def run(code: str, *arguments: str, **environment: str) -> "subprocess.CompletedProcess[str]":
     return subprocess.run(
@@ -105,6 +134,14 @@ def test_an_exception_inside_a_node_ends_in_our_error():
     assert ended.returncode == 1
     assert "DeviceLostError" in ended.stderr
     assert "the sensor of view left failed: RuntimeError" in ended.stderr
+
+
+@pytest.mark.slow
+def test_frames_as_fast_as_they_can_be_sent_never_lock_reader_and_senders():
+    """One reading that keeps the interpreter's lock is enough to hang this within a second."""
+    ended = run(FLOOD)
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout == "()\n"
 
 
 @pytest.mark.slow
