@@ -10,7 +10,8 @@ from rig.epipolar.median import guided_median, near_jumps
 from rig.epipolar.occlusion import hidden_somewhere
 from rig.epipolar.photometry import equalise
 from rig.epipolar.scales import Scales, measure_scales
-from rig.epipolar.search import search, searches_coarse
+from rig.epipolar.search import Effort, effort_of, search
+from rig.epipolar.sides import choose_sides
 from rig.epipolar.stitch import behind_jumps, stitch
 from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
 from rig.epipolar.window import Cameras, window_of
@@ -19,7 +20,9 @@ from rig.errors import SlopeError
 Stitched = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
 """Slope, its variance for unit noise, and misfit of the lines; all (H, W)."""
 
-_MEDIAN_RADIUS_PX, _MEDIAN_ROUNDS = 4, 2
+_MEDIAN_RADIUS_PX = 4
+_MEDIAN_ROUNDS = {Effort.FOLLOWED: 1, Effort.COARSE: 1, Effort.FULL: 2}
+"""One where the edges have been settled before: in the last frame, at half size."""
 _STITCH_RADIUS_PX, _STITCH_STRIDE_PX = 6, 2
 
 
@@ -30,9 +33,9 @@ def estimate_slopes(
 ) -> SlopeMap:
     """Estimate the slope of the epipolar line through every pixel of the reference view.
 
-    Half-cost plane sweep, semi-global aggregation, guided median at slope edges, one Gauss-Newton
-    step per line, locally linear stitching; each module names its source. Every grey scale comes
-    from the noise and texture of the images themselves.
+    Half-cost plane sweep, semi-global aggregation, guided median and choice of sides at slope
+    edges, one Gauss-Newton step per line, locally linear stitching; each module names its source.
+    Every grey scale comes from the noise and texture of the images themselves.
 
     Args:
         views: two or more rectified views.
@@ -52,13 +55,16 @@ def estimate_slopes(
     images = equalise(views.images, cameras, window)
     scales = measure_scales(images, views.reference)
     images = _smooth(images, scales.prefilter_px)
+    effort = effort_of(cameras, window)
     slope = search(images, cameras, window, scales)
-    slope = window.hold(_settle_edges(slope, images[views.reference], cameras, scales))
-    lines, (stitched, variance, misfit) = _refine(images, slope, cameras, scales)
-    if searches_coarse(cameras, window):
+    slope = _settle_edges(slope, images[views.reference], cameras, scales, _MEDIAN_ROUNDS[effort])
+    slope = window.hold(slope)
+    if effort is Effort.COARSE:
         # One step reaches about a label: a start at half size may be farther away.
+        _, (stitched, _, _) = _refine(images, slope, cameras, scales)
         slope = window.hold(stitched)
-        lines, (stitched, variance, misfit) = _refine(images, slope, cameras, scales)
+    slope = window.hold(choose_sides(images, slope, cameras, scales))
+    lines, (stitched, variance, misfit) = _refine(images, slope, cameras, scales)
     slope = window.hold(stitched)
     hidden = hidden_somewhere(slope, views.x_steps, views.y_steps, 2.0 * cameras.step_px)
     range_px = slope_range_px[1] - slope_range_px[0]
@@ -66,10 +72,14 @@ def estimate_slopes(
 
 
 def _settle_edges(
-    slope_px: NDArray[np.float32], grey: NDArray[np.float32], cameras: Cameras, scales: Scales
+    slope_px: NDArray[np.float32],
+    grey: NDArray[np.float32],
+    cameras: Cameras,
+    scales: Scales,
+    rounds: int,
 ) -> NDArray[np.float32]:
     """Move slope edges to the grey edges of the reference view."""
-    for _ in range(_MEDIAN_ROUNDS):
+    for _ in range(rounds):
         slope_px = guided_median(
             slope_px,
             grey,

@@ -34,13 +34,16 @@ def equalise(images: Image, cameras: Cameras, window: Window) -> NDArray[np.floa
     shrink = min(_SHRINK, max(1, min(images.shape[1:]) // _MIN_SIDE_PX))
     size = (images.shape[2] // shrink, images.shape[1] // shrink)
     small = np.stack([cv2.resize(image, size, interpolation=cv2.INTER_AREA) for image in images])
-    first = _match_quantiles(images, cameras.reference)
-    small = _apply(small, first)
     small_window = window.shrunk(shrink)
-    slope = small_window.expected_px
     if wide_share(small_window, cameras) > _FEW_UNKNOWN:
+        first = _match_quantiles(images, cameras.reference)
+        small = _apply(small, first)
         scales = Scales(noise=0.1 * float(np.std(small[cameras.reference])) + 1e-6, texture=0.0)
         slope = search(small, cameras, small_window, scales)
+    else:
+        first = [(1.0, 0.0)] * len(images)
+        small = small.astype(np.float32)
+        slope = small_window.expected_px
     soft = np.stack([mean(image, 1) for image in small])  # what sampling would smooth is gone
     second = _match_pairs(soft, cameras, slope)
     both = [(g * h, g * p + q) for (h, p), (g, q) in zip(first, second, strict=True)]

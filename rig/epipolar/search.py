@@ -6,6 +6,7 @@ hypothesis leaves only a narrow window, only that window is searched, and where 
 one label, nothing needs to be.
 """
 
+from enum import IntEnum
 from typing import cast
 
 import cv2
@@ -25,16 +26,30 @@ from rig.epipolar.window import Cameras, Window
 _COARSE_FROM_LABELS = 96
 _NARROW_UP_TO_LABELS = 8
 _FEW = 0.05
-"""Share of pixels without a narrow window up to which a quarter-size search is enough."""
+"""Share of pixels without a narrow window up to which a search of small images is enough."""
+_FEW_SHRINK = 6
 _CLEARLY = 0.7
 _STEP_PENALTY, _LOW_PENALTY, _JUMP_PENALTY = 6, 8, 24
 _COARSE_MEDIAN_RADIUS_PX = 3
 
 
-def searches_coarse(cameras: Cameras, window: Window) -> bool:
-    """Whether `search` looks at half size first, because the range has too many labels."""
+class Effort(IntEnum):
+    """How much of the range a search looks at, and how closely."""
+
+    FOLLOWED = 0
+    """The surroundings of a hypothesis."""
+    COARSE = 1
+    """All of it at half size: it has too many labels."""
+    FULL = 2
+    """All of it at full size."""
+
+
+def effort_of(cameras: Cameras, window: Window) -> Effort:
+    """How `search` will look for the slopes of a window."""
+    if wide_share(window, cameras) < _FEW:
+        return Effort.FOLLOWED
     width_px = float(window.high_px.max()) - float(window.low_px.min())
-    return wide_share(window, cameras) >= _FEW and width_px > _COARSE_FROM_LABELS * cameras.step_px
+    return Effort.COARSE if width_px > _COARSE_FROM_LABELS * cameras.step_px else Effort.FULL
 
 
 def wide_share(window: Window, cameras: Cameras) -> float:
@@ -51,16 +66,17 @@ def search(
 ) -> NDArray[np.float32]:
     """Slope of every pixel to within about a label, (H, W), inside its window."""
     wide = _is_wide(window, cameras)
-    if not wide.any():
-        if window.widest_px() <= cameras.step_px:
+    match effort_of(cameras, window):
+        case Effort.FULL:
+            return _search_all(images, cameras, window, scales)
+        case Effort.COARSE:
+            return np.where(wide, _search_coarse(images, cameras, window, 2), window.expected_px)
+        case Effort.FOLLOWED if wide.any():
+            return _search_few(images, cameras, window, wide)
+        case Effort.FOLLOWED if window.widest_px() > cameras.step_px:
+            return _search_narrow(images, cameras, window, scales)
+        case Effort.FOLLOWED:
             return window.expected_px
-        return _search_narrow(images, cameras, window, scales)
-    labels = _labels(float(window.low_px.min()), float(window.high_px.max()), cameras.step_px)
-    if wide.mean() < _FEW:
-        return _search_few(images, cameras, window, wide)
-    if searches_coarse(cameras, window):
-        return np.where(wide, _search_coarse(images, cameras, window, 2), window.expected_px)
-    return _search_all(images, cameras, window, scales, labels)
 
 
 def _labels(low_px: float, high_px: float, step_px: float) -> NDArray[np.float32]:
@@ -73,8 +89,8 @@ def _search_all(
     cameras: Cameras,
     window: Window,
     scales: Scales,
-    labels: NDArray[np.float32],
 ) -> NDArray[np.float32]:
+    labels = _labels(float(window.low_px.min()), float(window.high_px.max()), cameras.step_px)
     costs = sweep_costs(
         images, cameras.x_steps, cameras.y_steps, cameras.reference, labels, scales.truncation
     )
@@ -104,10 +120,10 @@ def _search_narrow(
 def _search_few(
     images: NDArray[np.float32], cameras: Cameras, window: Window, wide: NDArray[np.bool_]
 ) -> NDArray[np.float32]:
-    """Search scattered pixels at quarter size; take what clearly fits better than expected."""
+    """Search scattered pixels in small images; take what clearly fits better than expected."""
     rows, columns = np.nonzero(wide)
     expected = window.expected_px[rows, columns]
-    found = _search_coarse(images, cameras, window, 4)[rows, columns]
+    found = _search_coarse(images, cameras, window, _FEW_SHRINK)[rows, columns]
     both = np.concatenate([expected, found])
     old, new = np.split(_misfit(images, cameras, np.tile(rows, 2), np.tile(columns, 2), both), 2)
     slope = window.expected_px.copy()
@@ -145,9 +161,7 @@ def _search_coarse(
     small = np.stack([cv2.resize(i, size, interpolation=cv2.INTER_AREA) for i in images])
     small_window = window.shrunk(shrink)
     scales = measure_scales(small, cameras.reference)
-    low_px, high_px = float(small_window.low_px.min()), float(small_window.high_px.max())
-    labels = _labels(low_px, high_px, cameras.step_px)
-    slope = _search_all(small, cameras, small_window, scales, labels)
+    slope = _search_all(small, cameras, small_window, scales)
     slope = guided_median(
         slope,
         small[cameras.reference],

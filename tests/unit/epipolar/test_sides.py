@@ -1,0 +1,30 @@
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.epipolar.photometry import equalise
+from rig.epipolar.rank import highest
+from rig.epipolar.scales import measure_scales
+from rig.epipolar.sides import choose_sides
+from rig.epipolar.window import Cameras, window_of
+from tests.unit.epipolar.conftest import Scene
+
+
+def choose(scene: Scene, slope_px: NDArray[np.float32]) -> NDArray[np.float32]:
+    cameras = Cameras(scene.views.x_steps, scene.views.y_steps, 1)
+    window = window_of(scene.views.shape, scene.range_px, None)
+    images = equalise(scene.views.images, cameras, window)
+    return choose_sides(images, slope_px, cameras, measure_scales(images, 1))
+
+
+def test_a_fattened_foreground_goes_back_to_its_edge(ball: Scene) -> None:
+    truth = ball.slope_px.astype(np.float32)
+    fat = highest(truth, 2)
+    was_wrong = np.abs(fat - truth) > 1.0
+    still_wrong = np.abs(choose(ball, fat) - truth) > 1.0
+    assert was_wrong.sum() > 300
+    assert still_wrong.sum() < 0.2 * was_wrong.sum()
+
+
+def test_without_jumps_nothing_moves(ball: Scene) -> None:
+    plane = np.tile(np.linspace(-1, 1, 128, dtype=np.float32), (96, 1))
+    assert np.array_equal(choose(ball, plane), plane)
