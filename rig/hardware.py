@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rig.devices import Camera, Clock, Stage, SystemClock
 from rig.discovery import Findings, FoundDevice, Search, search_all
-from rig.errors import ConfigError, DeviceError
+from rig.errors import ConfigError, RigError
 from rig.profile import (
     FolderCameraConfig,
     GrblStageConfig,
@@ -57,8 +57,8 @@ def open_hardware(profile: Profile) -> Generator[Hardware]:
 class Answers:
     """The devices of a rig that answered; those that did not say why."""
 
-    camera: Camera | DeviceError
-    stage: Stage | DeviceError | None
+    camera: Camera | RigError
+    stage: Stage | RigError | None
     """None where the profile has no stage."""
     clock: Clock
 
@@ -68,16 +68,16 @@ def open_what_answers(profile: Profile) -> Generator[Answers]:
     """Open what can be opened of a rig; close it whatever happens."""
     with ExitStack() as stack:
         bench = _Bench(profile, stack, uses_stage=profile.stage is not None)
-        stage: Stage | DeviceError | None = None
-        camera: Camera | DeviceError
+        stage: Stage | RigError | None = None
+        camera: Camera | RigError
         if profile.stage is not None:
             try:
                 stage = stack.enter_context(bench.stage(profile.stage))
-            except DeviceError as error:
+            except RigError as error:
                 stage = error
         try:
             camera = stack.enter_context(bench.camera())
-        except DeviceError as error:
+        except RigError as error:
             camera = error
         yield Answers(camera, stage, bench.clock)
 

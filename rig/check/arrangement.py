@@ -32,7 +32,7 @@ def judge_arrangement(profile: Profile) -> Item:
         return Item(
             "arrangement",
             "warn",
-            f"views in steps, {shown}; the {' and the '.join(even)} is evenly spaced",
+            f"views in steps, {shown}; evenly spaced: {' and '.join(even)}",
             "shift one view by a tenth of a step or more (and say so in the profile): uneven "
             "spacing keeps repeating patterns from looking right at a wrong distance",
         )

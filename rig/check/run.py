@@ -53,7 +53,7 @@ def check_rig(request: CheckRequest, answers: Answers) -> Generator[Item]:
         yield from _on_paper(request)
         yield from _with_devices(request, answers)
     except BaseException:
-        if not isinstance(answers.stage, DeviceError | None):
+        if not isinstance(answers.stage, RigError | None):
             with suppress(DeviceError):  # the first error is the one to be told
                 answers.stage.stop()
         raise
@@ -72,7 +72,7 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
     profile, camera, clock = request.profile, answers.camera, answers.clock
     item, stage = _ready_stage(request, answers.stage)
     yield item
-    if isinstance(camera, DeviceError):
+    if isinstance(camera, RigError):
         yield failed("camera", camera)
         return
     bench = _bench(profile, stage, camera, clock)
@@ -103,11 +103,11 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
 
 
 def _ready_stage(
-    request: CheckRequest, stage: Stage | DeviceError | None
+    request: CheckRequest, stage: Stage | RigError | None
 ) -> tuple[Item, Stage | None]:
     """Home the stage; return it only where it may be moved and was homed."""
     config = request.profile.stage
-    if isinstance(stage, DeviceError):
+    if isinstance(stage, RigError):
         return failed("stage", stage), None
     if stage is None or config is None:
         return Item("stage", "skip", "the profile has no [stage]"), None
@@ -160,12 +160,12 @@ def _over_time(profile: Profile, camera: Camera, clock: Clock, stills: Stills) -
 
 
 def _standing(
-    request: CheckRequest, stage: Stage | DeviceError | None, taken: MultiView
+    request: CheckRequest, stage: Stage | RigError | None, taken: MultiView
 ) -> Iterator[Item]:
     """Judge what one picture tells where the board happens to stand."""
     profile = request.profile
     target = profile.target
-    if target is None or profile.sweep is None or stage is None or isinstance(stage, DeviceError):
+    if target is None or profile.sweep is None or stage is None or isinstance(stage, RigError):
         reason = "needs a stage that answers, a [target] and a [sweep]"
         yield from (Item(name, "skip", reason) for name in MOVING)
         return

@@ -15,10 +15,10 @@ from rig.check.items import Item
 from rig.check.run import CheckRequest, check_rig
 from rig.curve import Curve, fit_curve
 from rig.devices import Stage
-from rig.errors import DeviceError, RigError, StoreError
+from rig.errors import RigError, StoreError
 from rig.frames import MultiView
 from rig.hardware import Answers
-from rig.profile import Profile, SimCameraConfig
+from rig.profile import GrblStageConfig, Profile, SimCameraConfig
 from rig.profile.load import load_profile
 from sim.camera import SimCamera
 from sim.carriage import Carriage
@@ -46,7 +46,7 @@ def bench(
     world_profile = seen or profile
     assert world_profile.world is not None
     assert isinstance(profile.camera, SimCameraConfig)
-    assert profile.stage is not None
+    assert isinstance(profile.stage, GrblStageConfig)
     clock = VirtualClock()
     carriage = Carriage(world_profile.world.carriage, clock)
     firmware = GrblFirmware(world_profile.world.firmware, carriage, clock)
@@ -200,6 +200,16 @@ def test_a_stage_that_never_answers_leaves_the_camera_to_be_checked(rig: Command
     assert "not ready to sweep" in answer.err
 
 
+def test_a_controller_that_does_not_allow_what_the_profile_says_is_told(rig: Command):
+    limits = ("--set", "world.firmware.travel_mm=500.0", "--no-move", "--json")
+    answer = rig("check", "sim", *as_options(), *limits)
+    assert answer.code == 3
+    items = {item["item"]: item for item in answer.json["items"]}
+    assert items["stage"]["status"] == "fail"
+    assert "$130" in items["stage"]["found"]
+    assert items["camera"]["status"] == "pass"
+
+
 def test_no_move_leaves_the_stage_alone(database: str):
     items = check(moves=False, database=database)
     assert {name for name, item in items.items() if item.status == "skip"} == {
@@ -284,8 +294,8 @@ def test_ctrl_c_stops_the_stage(rig: Command):
 class Watched:
     """A stage that counts how often it is stopped."""
 
-    def __init__(self, stage: Stage | DeviceError | None) -> None:
-        assert not isinstance(stage, DeviceError | None)
+    def __init__(self, stage: Stage | RigError | None) -> None:
+        assert not isinstance(stage, RigError | None)
         self._stage = stage
         self.stops = 0
 
