@@ -131,7 +131,10 @@ class MarlinController:
         """
         self._link.is_homed = False
         self._is_homing = self._is_moving = True
-        for modes in ("M999 S1", "G21", "G90", "M220 S100"):
+        if self._link.is_stopped:
+            self._link.is_stopped = False
+            self._link.command("M999 S1")
+        for modes in ("G21", "G90", "M220 S100"):
             self._link.command(modes)
         self._link.command(f"G28 {self._config.axis}", timeout_s)
         self._link.speak_up(is_certain=True)

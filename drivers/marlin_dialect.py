@@ -18,6 +18,8 @@ class Ok:
 
     number: int | None
     """Number of its line, where the firmware tells it."""
+    position: "Position | None" = None
+    """What some firmwares say in the same line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +64,7 @@ class Remark:
 
 Reply = Ok | Resend | Busy | Start | Trouble | Position | Remark | Noise
 
-_OK = re.compile(r"ok(?: N(\d{1,9}))?(?: .*)?", re.ASCII)
+_OK = re.compile(r"ok(?: N(\d{1,9}))?(?: (.*))?", re.ASCII)
 _RESEND = re.compile(r"(?:Resend:|rs) ?N?(\d{1,9})", re.ASCII)
 _NUMBER = r"(-?\d{1,6}\.\d{2,4})"
 _STEPS = r"(-?\d{1,9})"
@@ -72,11 +74,10 @@ _POSITION = re.compile(
     re.ASCII,
 )
 _NOT_DONE = re.compile(r"(?:echo:)?(Unknown command: .*|Home .* [Ff]irst|STOP called .*)")
-_RESENDS = (
-    "checksum mismatch",
-    "Line Number is not Last Line Number+1",
-    "No Checksum with line number",
-    "No Line Number with checksum",
+_RESENDS = re.compile(
+    r"\s*(checksum mismatch|missing checksum|no checksum with line number"
+    r"|no line number with checksum|line number is not|expected line)",
+    re.ASCII | re.IGNORECASE,
 )
 
 
@@ -92,27 +93,35 @@ def parse_reply(line: str) -> Reply:
         return Noise(line)
     text = line.strip()
     if found := _OK.fullmatch(text):
-        return Ok(None if found[1] is None else int(found[1]))
+        number = None if found[1] is None else int(found[1])
+        return Ok(number, _position(found[2] or ""))
     if found := _RESEND.fullmatch(text):
         return Resend(int(found[1]))
     if text.removeprefix("echo:").startswith("busy:"):
         return Busy()
     if text == "start":
         return Start()
-    if found := _POSITION.fullmatch(text):
-        x, y, z = (float(found[i]) for i in (1, 2, 3))
-        counts = [found[i] for i in (4, 5, 6)]
-        a, b, c = (int(count or 0) for count in counts)
-        return Position((x, y, z), None if counts[0] is None else (a, b, c))
+    if position := _position(text):
+        return position
     if text.startswith("Error:"):
         fault = text.removeprefix("Error:")
         # The request to send again follows and says all that is needed.
-        return Remark(text) if fault.startswith(_RESENDS) else Trouble(fault)
+        return Remark(text) if _RESENDS.match(fault) else Trouble(fault)
     if "stopped due to errors" in text:
         return Trouble(text.removeprefix("echo:"))
     if found := _NOT_DONE.fullmatch(text):
         return Trouble(found[1])
     return Remark(text)
+
+
+def _position(text: str) -> Position | None:
+    found = _POSITION.fullmatch(text)
+    if found is None:
+        return None
+    x, y, z = (float(found[i]) for i in (1, 2, 3))
+    counts = [found[i] for i in (4, 5, 6)]
+    a, b, c = (int(count or 0) for count in counts)
+    return Position((x, y, z), None if counts[0] is None else (a, b, c))
 
 
 _TROUBLES = (

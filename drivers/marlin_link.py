@@ -56,6 +56,8 @@ class MarlinLink:
         """Whether coordinates mean anything; set after homing, cleared when lost."""
         self.is_killed = False
         """Whether the controller has halted for good; its motors have no current then."""
+        self.is_stopped = False
+        """Whether an error has stopped the controller; it moves nothing until told to (M999)."""
 
     def connect(self) -> None:
         """Get in step with a controller whose port has just been opened.
@@ -64,7 +66,7 @@ class MarlinLink:
             DeviceNotFoundError: nothing like Marlin answered.
         """
         self._dialogue.restart()
-        self.is_homed = self.is_killed = self._is_in_step = False
+        self.is_homed = self.is_killed = self.is_stopped = self._is_in_step = False
         deadline_s = self._clock.now_s() + START_TIMEOUT_S
         while (reply := self._dialogue.next(deadline_s)) is not None:
             if isinstance(reply, Start):
@@ -229,6 +231,7 @@ class MarlinLink:
                     is_late = self._clock.now_s() >= deadline_s
                     return _Silence.LATE if is_late else _Silence.SILENT
                 case Ok() if reply.number in {None, self._next}:
+                    printed += [] if reply.position is None else [reply.position]
                     return reply
                 case Resend():
                     return reply
@@ -263,6 +266,7 @@ class MarlinLink:
         if isinstance(reply, Trouble):
             code, _ = trouble_text(reply.text)
             self.is_killed = self.is_killed or code == "killed"
+            self.is_stopped = self.is_stopped or code == "stopped by error"
             self.is_homed = self.is_homed and code == "unknown command"
 
     def _refuse(self, reply: Reply) -> None:

@@ -1,7 +1,7 @@
 """From lines to values: the words of GRBL 1.1, its dialects, and anything else."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.dialogue import Noise
@@ -18,6 +18,7 @@ from drivers.grbl_dialect import (
     parse_reply,
     refusal_text,
 )
+from tests.support.word_salad import salad
 
 HOME = (-2.0, 0.0, 0.0)
 
@@ -80,27 +81,25 @@ def test_any_bytes_give_a_value(data: bytes) -> None:
     parse_reply(data.decode("ascii", errors="replace"))
 
 
-FRAGMENTS = [
-    "<",
-    ">",
-    "|",
-    "Idle",
-    "MPos:",
-    "WCO:",
-    "-2.000",
-    ",",
-    "ok",
-    "error:",
-    "9",
-    "$",
-    "=",
-    "[",
+WORDS = [
+    "<", ">", "|", "Idle", "MPos:", "WCO:", "-2.000", ",", "ok", "error:", "9", "$", "=", "[",
+    "]", ":", "Grbl ", "1.1h", "ALARM:",
+]  # fmt: skip
+LINES = [
+    "<Hold:1|WPos:-2.000,0.000,0.000|Bf:15,128|FS:0,0|Pn:XZ|WCO:-2.000,0.000,0.000>",
+    "Grbl 1.1h ['$' for help]",
+    "$110=500.000 (x max rate, mm/min)",
+    "[MSG:'$H'|'$X' to unlock]",
+    "ALARM:1",
 ]
 
 
-@given(st.lists(st.sampled_from([*FRAGMENTS, "]", ":", "Grbl ", "1.1h", "ALARM:"]), max_size=20))
-def test_any_mixture_of_its_words_gives_a_value(words: list[str]) -> None:
-    parse_reply("".join(words))
+@pytest.mark.slow
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 2**32))
+def test_a_hundred_thousand_bad_lines_give_values(seed: int) -> None:
+    for line in salad(seed, WORDS, LINES):
+        parse_reply(line)
 
 
 @given(st.lists(st.integers(-999_999, 999_999), min_size=3, max_size=3))

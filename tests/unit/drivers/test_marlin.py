@@ -223,6 +223,27 @@ def test_a_quick_stop_costs_the_position(emergency_parser: bool) -> None:
             _ = stage.position_mm
 
 
+def test_a_controller_stopped_by_an_error_is_freed_by_homing() -> None:
+    said: list[bytes] = []
+
+    def stop_once(data: bytes) -> bytes:
+        if b"G1 " in scripted(bench).sent and not said:
+            said.append(data)
+            return b"Error:Printer stopped due to errors. Fix the error and use M999\nok\n"
+        return data
+
+    with simulated_bench(MARLIN, before=Scripted) as bench, bench.stage as stage:
+        stage.home()
+        assert b"M999" not in scripted(bench).sent
+        scripted(bench).on_transmit = stop_once
+        with pytest.raises(StageAlarmError, match="clear its cause, then home") as caught:
+            stage.move_to(120.0, TIMEOUT_S)
+        assert caught.value.code == "stopped by error"
+        stage.home()
+        assert b"M999 S1" in scripted(bench).sent
+        assert stage.move_to(120.0, TIMEOUT_S) == pytest.approx(120.0)
+
+
 def test_an_interrupt_stops_the_stage_and_passes_on() -> None:
     def interrupt() -> None:
         raise KeyboardInterrupt

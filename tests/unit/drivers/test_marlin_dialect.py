@@ -21,6 +21,7 @@ from drivers.marlin_dialect import (
 from drivers.marlin_settings import MarlinAxis, read_axis, travel_time_s
 from rig.errors import ConfigError
 from sim.motion import trapezoid
+from tests.support.word_salad import salad
 
 
 @pytest.mark.parametrize(
@@ -29,6 +30,10 @@ from sim.motion import trapezoid
         ("ok", Ok(None)),
         ("ok N12 P15 B3", Ok(12)),
         ("ok T:21.0 /0.0", Ok(None)),
+        (
+            "ok X:1.00 Y:2.00 Z:3.00 E:0.00 Count X:80 Y:160 Z:240",
+            Ok(None, Position((1.0, 2.0, 3.0), (80, 160, 240))),
+        ),
         ("Resend: 7", Resend(7)),
         ("rs N7", Resend(7)),
         ("echo:busy: processing", Busy()),
@@ -50,6 +55,7 @@ from sim.motion import trapezoid
             "Error:checksum mismatch, Last Line: 6",
             Remark("Error:checksum mismatch, Last Line: 6"),
         ),
+        ("Error:expected line 4 got 5", Remark("Error:expected line 4 got 5")),
         ("echo:  M203 X500.00 Y500.00", Remark("echo:  M203 X500.00 Y500.00")),
         ("ok\ufffd", Noise("ok\ufffd")),
         ("o\x07k", Noise("o\x07k")),
@@ -75,11 +81,21 @@ WORDS = [
 ]  # fmt: skip
 
 
+LINES = [
+    "ok N12 P15 B3",
+    "Resend: 7",
+    "X:10.00 Y:0.00 Z:-1.50 E:0.00 Count X:800 Y:0 Z:-600",
+    "Error:checksum mismatch, Last Line: 6",
+    "echo:busy: processing",
+]
+
+
 @pytest.mark.slow
-@settings(max_examples=100_000, deadline=None)
-@given(st.lists(st.sampled_from(WORDS), max_size=14))
-def test_any_mixture_of_its_words_gives_a_value(words: list[str]) -> None:
-    parse_reply("".join(words))
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 2**32))
+def test_a_hundred_thousand_bad_lines_give_values(seed: int) -> None:
+    for line in salad(seed, WORDS, LINES):
+        parse_reply(line)
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from drivers.zaber_message import (
     parse_message,
 )
 from drivers.zaber_words import flag_text, refusal_text
+from tests.support.word_salad import salad
 
 
 def answer(**changes: object) -> Answer:
@@ -115,11 +116,20 @@ def test_any_bytes_give_a_value(data: bytes) -> None:
     parses(data.decode("ascii", errors="replace"))
 
 
+LINES = [
+    "@01 1 42 OK IDLE FS 02 FS WR:7B",
+    "@12 3 07 OK BUSY NI 1200",
+    "!01 1 IDLE --:96",
+    "@01 1 RJ IDLE -- BADDATA",
+]
+
+
 @pytest.mark.slow
-@settings(max_examples=100_000, deadline=None)
-@given(st.lists(st.sampled_from(WORDS), max_size=14))
-def test_any_mixture_of_its_words_gives_a_value(words: list[str]) -> None:
-    parses("".join(words))
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 2**32))
+def test_a_hundred_thousand_bad_lines_give_values(seed: int) -> None:
+    for line in salad(seed, WORDS, LINES):
+        parses(line)
 
 
 @pytest.mark.parametrize("flag", ["FS", "FO", "FD", "WR", "NI", "NC", "WL", "XX"])
