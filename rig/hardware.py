@@ -23,6 +23,7 @@ from rig.profile import (
 )
 
 if TYPE_CHECKING:
+    from drivers.oak.eeprom import Eeprom
     from drivers.oak.sensors import Sensors
     from sim.world import World
 
@@ -251,6 +252,23 @@ def _find_serial_ports(_timeout_s: float) -> list[FoundDevice]:
         )
         for port in list_serial_ports()
     ]
+
+
+@contextmanager
+def oak_eeprom(device: str) -> Generator["Eeprom"]:
+    """Open an OAK device for the calibration in its EEPROM; no sensor is started.
+
+    Args:
+        device: id or address; empty for the only one.
+
+    Raises:
+        ConfigError: the extra `oak` is not installed.
+        DeviceNotFoundError: it is not there or cannot be opened.
+    """
+    from drivers.oak.eeprom import open_eeprom
+
+    with open_eeprom(device) as eeprom:
+        yield eeprom
 
 
 def serve_simulated_stage(

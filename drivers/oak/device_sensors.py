@@ -8,9 +8,9 @@ from typing import Self
 from drivers.oak.bandwidth import link_of, require_bandwidth
 from drivers.oak.board import camera_outputs, device_config, require_sensors
 from drivers.oak.calibration import calibration_fields
-from drivers.oak.discovery import find_oak
+from drivers.oak.discovery import open_oak
 from drivers.oak.sdk import dai
-from rig.errors import DeviceLostError, DeviceNotFoundError
+from rig.errors import DeviceLostError
 from rig.profile import OakCameraConfig
 
 _log = logging.getLogger(__name__)
@@ -33,20 +33,13 @@ class DeviceSensors:
         self._identity: dict[str, str] = {"kind": "oak", "model": "not open", "serial": device}
 
     def __enter__(self) -> Self:
-        info = find_oak(self._wanted)
-        try:
-            self._device = dai.Device(device_config(self._config), info)
-        except RuntimeError as error:
-            raise DeviceNotFoundError(
-                f"OAK {info.deviceId or info.name}",
-                f"cannot be opened: {error}; another program may use it, or it needs more power",
-            ) from error
+        self._device = open_oak(self._wanted, device_config(self._config))
         try:
             self._identity = prepare_device(self._device, self._config, self._sockets)
         except RuntimeError as error:
             self._close()
             raise DeviceLostError(
-                f"OAK {info.deviceId}",
+                self.name,
                 f"stopped answering while it was prepared ({error}); plug it in again",
             ) from error
         except BaseException:

@@ -46,6 +46,26 @@ def find_oak(wanted: str) -> dai.DeviceInfo:
     return choose_oak(wanted, _search(wanted))
 
 
+def open_oak(wanted: str, config: dai.Device.Config | None = None) -> dai.Device:
+    """Boot the device that a profile means, for this program alone.
+
+    Args:
+        wanted: see `find_oak`.
+        config: what it must know while it boots.
+
+    Raises:
+        DeviceNotFoundError: see `find_oak`; or another program has it, or it does not boot.
+    """
+    info = find_oak(wanted)
+    try:
+        return dai.Device(config or dai.Device.Config(), info)
+    except RuntimeError as error:
+        raise DeviceNotFoundError(
+            f"OAK {info.deviceId or info.name}",
+            f"cannot be opened: {error}; another program may use it, or it needs more power",
+        ) from error
+
+
 def choose_oak(wanted: str, infos: Sequence[dai.DeviceInfo]) -> dai.DeviceInfo:
     """Pick one of the devices found; see `find_oak`."""
     named = [info for info in infos if wanted in ("", info.deviceId, info.name)]

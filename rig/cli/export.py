@@ -11,6 +11,8 @@ from rig.cli.output import show, show_json
 from rig.cli.pairs import pairs
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from rig.export.formats import Exported
     from rig.geometry.rig_geometry import RigGeometry
 
@@ -76,6 +78,31 @@ def export(
             show_default=False,
         ),
     ] = None,
+    flash: Annotated[
+        bool,
+        typer.Option(
+            "--flash",
+            help="depthai: also write it into the EEPROM of the device, in place of the factory's; "
+            "needs --backup.",
+        ),
+    ] = False,
+    backup: Annotated[
+        Path | None,
+        typer.Option(
+            "--backup",
+            help="With --flash: new file for what the EEPROM held before.",
+            show_default=False,
+        ),
+    ] = None,
+    device: Annotated[
+        str,
+        typer.Option(
+            "--device",
+            metavar="ID",
+            help="With --flash: id or address of the device.",
+            show_default="the only one",
+        ),
+    ] = "",
     capture: Annotated[
         Path | None,
         typer.Option("--capture", help="ply: folder of `rig capture`.", show_default=False),
@@ -94,6 +121,7 @@ def export(
         raise typer.BadParameter("--capture names the folder of depth maps; it goes with ply")
     if target is not ExportFormat.DEPTHAI and (sockets or device_file):
         raise typer.BadParameter("--socket and --device-json go with depthai")
+    _require_flash_options(target, flash, backup, device, device_file)
     if target in (ExportFormat.CSV, ExportFormat.PARQUET):
         _tell(_export_samples(number, target, out, database), as_json)
         return
@@ -103,14 +131,18 @@ def export(
         points = _write_ply(path, geometry, pitch_mm, capture, frame)
         _tell({"calibration": number, "format": "ply", "out": str(path), "points": points}, as_json)
         return
-    exported = _write_geometry(
-        geometry,
-        target.value,
-        out or Path(f"calibration_{number}_{target.value}"),
-        refit=refit,
-        sockets=pairs("--socket", sockets),
-        device_file=device_file,
-    )
+
+    def write(device_file: Path | None) -> "Exported":
+        return _write_geometry(
+            geometry,
+            target.value,
+            out or Path(f"calibration_{number}_{target.value}"),
+            refit=refit,
+            sockets=pairs("--socket", sockets),
+            device_file=device_file,
+        )
+
+    exported = write(device_file) if backup is None else _flash(device, backup, write)
     refits = {
         view: {"rms_px": r.rms_px, "largest_px": r.largest_px}
         for view, r in exported.refits.items()
@@ -122,9 +154,37 @@ def export(
             "out": str(exported.path),
             "gap_px": exported.gap_px,
             "refits": refits,
+            "backup": None if backup is None else str(backup),
         },
         as_json,
     )
+
+
+def _require_flash_options(
+    target: ExportFormat, flash: bool, backup: Path | None, device: str, device_file: Path | None
+) -> None:
+    if (flash or device) and target is not ExportFormat.DEPTHAI:
+        raise typer.BadParameter("--flash and --device go with depthai")
+    if flash != (backup is not None):
+        raise typer.BadParameter("--flash and --backup belong together; give both or none")
+    if device and not flash:
+        raise typer.BadParameter("--device names the device to --flash")
+    if flash and device_file is not None:
+        raise typer.BadParameter("--flash starts from what the device holds; omit --device-json")
+
+
+def _flash(device: str, backup: Path, write: "Callable[[Path | None], Exported]") -> "Exported":
+    """Save what a device holds, change its cameras only, and put it back."""
+    import json
+
+    from rig.hardware import oak_eeprom
+
+    with oak_eeprom(device) as eeprom:
+        eeprom.save(backup)
+        exported = write(backup)
+        content = json.loads(exported.path.read_text(encoding="utf-8"))
+        eeprom.flash(content, backup, may_flash=True)
+    return exported
 
 
 def _export_samples(
@@ -204,6 +264,8 @@ def _tell(result: dict[str, object], as_json: bool) -> None:
         show(f"{result['points']} points in the frame of the reference camera, mm")
     else:
         show(f"read back: points agree to {result['gap_px']:.1g} px")
+        if result["backup"] is not None:
+            show(f"the device holds it, read back; what it held before is in {result['backup']}")
         refits = result["refits"]
         if isinstance(refits, dict):
             for view, fit in refits.items():

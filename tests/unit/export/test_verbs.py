@@ -136,3 +136,37 @@ def test_the_samples_of_a_sweep_become_tables(rig: Command, tmp_path: Path) -> N
     assert rig("export", sweep_id, "--format", "parquet", "--out", out, *database).code == 0
     table = parquet.read_table(out).to_pydict()
     assert sorted(table["slope_px"]) == sorted(s for s in slopes if s is not None)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (("--format", "depthai", "--flash"), "--flash and --backup belong together"),
+        (("--format", "depthai", "--backup", "b.json"), "--flash and --backup belong together"),
+        (("--format", "ros", "--flash", "--backup", "b.json"), "go with depthai"),
+        (("--format", "depthai", "--device", "1844"), "--device names the device to --flash"),
+        (
+            ("--format=depthai", "--flash", "--backup=b.json", "--device-json=d.json"),
+            "omit --device-json",
+        ),
+    ],
+)
+def test_flashing_must_be_asked_for_completely(
+    rig: Command, imported: int, options: tuple[str, ...], says: str
+) -> None:
+    answer = rig("export", imported, *options)
+    assert answer.code == 2
+    assert says in " ".join(answer.err.replace("│", " ").split())
+
+
+@pytest.mark.slow
+def test_flashing_without_a_device_writes_nothing(
+    rig: Command, imported: int, tmp_path: Path
+) -> None:
+    out, backup = tmp_path / "d", tmp_path / "b.json"
+    flash = ("--flash", "--backup", backup, "--device", "no-such-device")
+    answer = rig("export", imported, "--format", "depthai", "--out", out, *flash)
+    assert answer.code == 1
+    assert "asked for no-such-device" in answer.err or "depthai is not installed" in answer.err
+    assert not out.exists()
+    assert not backup.exists()
