@@ -1,19 +1,39 @@
 """Which OAK devices are plugged in, asked of DepthAI in a process of its own, and of the kernel."""
 
-import json
 import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
 
 from drivers.permission import why_not_permitted
 from drivers.usb import MOVIDIUS, UsbDevice, usb_devices
 from rig.errors import ConfigError, DeviceNotFoundError
+from rig.profile.model import Model
 
 _HEAD_START = 0.95
 """Share of the time within which DepthAI has to answer, so that its silence is told as such."""
 _RULES = "docs/how-to/udev/80-oak.rules"
+
+
+class Answer(Model):
+    """One device as `python -m drivers.oak` prints it; see `FoundOak`."""
+
+    device_id: str
+    name: str
+    protocol: str
+    problem: str | None
+
+
+class Failure(Model):
+    """What it prints instead of a list."""
+
+    error: str
+    installed: bool
+
+
+_ANSWER: TypeAdapter[list[Answer] | Failure] = TypeAdapter(list[Answer] | Failure)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,20 +66,15 @@ def list_oaks(timeout_s: float) -> tuple[ListedOak, ...]:
         return tuple(ListedOak(d.place, _named(d), (), str(error)) for d in on_usb)
 
 
-def joined(answers: Sequence[dict[str, Any]], on_usb: Sequence[UsbDevice]) -> tuple[ListedOak, ...]:
+def joined(answers: Sequence[Answer], on_usb: Sequence[UsbDevice]) -> tuple[ListedOak, ...]:
     """Join what DepthAI found with what the kernel sees on USB.
 
     Args:
-        answers: `FoundOak` values as dictionaries.
+        answers: what DepthAI found.
         on_usb: devices of the vendor.
     """
     listed = [
-        ListedOak(
-            str(answer["device_id"]),
-            f"OAK on {answer['protocol']}",
-            (str(answer["name"]),),
-            None if answer["problem"] is None else str(answer["problem"]),
-        )
+        ListedOak(answer.device_id, f"OAK on {answer.protocol}", (answer.name,), answer.problem)
         for answer in answers
     ]
     places = {place for oak in listed for place in oak.other_names}
@@ -82,7 +97,7 @@ def _named(device: UsbDevice) -> str:
     return f"{device.name or 'OAK'} on USB {device.vendor}:{device.product}"
 
 
-def _ask(timeout_s: float) -> list[dict[str, Any]]:
+def _ask(timeout_s: float) -> list[Answer]:
     command = [sys.executable, "-P", "-m", "drivers.oak"]
     try:
         done = subprocess.run(  # noqa: S603 - our own module
@@ -101,7 +116,7 @@ def _ask(timeout_s: float) -> list[dict[str, Any]]:
     return parse_answer(done.stdout, done.returncode)
 
 
-def parse_answer(text: str, code: int) -> list[dict[str, Any]]:
+def parse_answer(text: str, code: int) -> list[Answer]:
     """Return the devices in the last line that `python -m drivers.oak` printed.
 
     Raises:
@@ -110,16 +125,13 @@ def parse_answer(text: str, code: int) -> list[dict[str, Any]]:
     """
     lines = text.strip().splitlines()
     try:
-        answer: Any = json.loads(lines[-1]) if lines else None
-    except json.JSONDecodeError:
-        answer = None
-    if isinstance(answer, list):
+        answer = _ANSWER.validate_json(lines[-1] if lines else "")
+    except ValidationError as error:
+        raise DeviceNotFoundError(
+            "OAK", f"DepthAI ended with code {code} and no list of devices; try again"
+        ) from error
+    if not isinstance(answer, Failure):
         return answer
-    if isinstance(answer, dict) and "error" in answer:
-        message = str(answer["error"])
-        if not answer.get("installed", True):
-            raise ConfigError(message)
-        raise DeviceNotFoundError("OAK", message)
-    raise DeviceNotFoundError(
-        "OAK", f"DepthAI ended with code {code} and no list of devices; try again"
-    )
+    if not answer.installed:
+        raise ConfigError(answer.error)
+    raise DeviceNotFoundError("OAK", answer.error)

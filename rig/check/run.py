@@ -1,7 +1,6 @@
 """One check from devices to items: what is measured, in which order, and what depends on what."""
 
-from collections.abc import Generator, Iterator
-from contextlib import suppress
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 
 from rig.check.arrangement import judge_arrangement
@@ -20,6 +19,7 @@ from rig.errors import DeviceError, RigError, ViewSkewError
 from rig.frames import MultiView
 from rig.hardware import Answers
 from rig.profile import FolderCameraConfig, Profile
+from rig.standstill import stopped
 from rig.target import target_of
 
 STILLS = 16
@@ -43,19 +43,20 @@ class CheckRequest:
     """Compares a picture with the stored geometric calibration; None where there is none."""
 
 
-def check_rig(request: CheckRequest, answers: Answers) -> Generator[Item]:
+def check_rig(
+    request: CheckRequest, answers: Answers, tell: Callable[[str], None]
+) -> Generator[Item]:
     """Yield the answer to every question of the pre-flight as soon as it is known.
 
     Faults of devices become items and never end the check. Whatever ends it early leaves the stage
-    stopped.
+    stopped, or tells that it could not be stopped.
     """
     try:
         yield from _on_paper(request)
         yield from _with_devices(request, answers)
     except BaseException:
         if not isinstance(answers.stage, RigError | None):
-            with suppress(DeviceError):  # the first error is the one to be told
-                answers.stage.stop()
+            tell(f"the check ended early, {stopped(answers.stage)}")
         raise
 
 

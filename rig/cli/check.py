@@ -43,7 +43,7 @@ def check(
     request = CheckRequest(profile, database, moves=not no_move, curve=curve)
     items: list[Item] = []
     with Interrupts(), open_what_answers(profile) as answers:
-        for item in check_rig(request, answers):
+        for item in check_rig(request, answers, tell):
             items.append(item)
             if not as_json:
                 _show(item)

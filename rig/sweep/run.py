@@ -6,12 +6,13 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from rig.database import Measurement, SampleKey, Store, software_versions
-from rig.devices import Stage, SystemClock
-from rig.errors import ConfigError, DeviceError, RigError, StoreError, TargetError
+from rig.devices import SystemClock
+from rig.errors import ConfigError, RigError, StoreError, TargetError
 from rig.hardware import Hardware
 from rig.interrupts import Interrupts
 from rig.plan import Stop
 from rig.profile import Profile
+from rig.standstill import stopped
 from rig.sweep.conclude import SweepResult, conclude_sweep, stored_profile
 from rig.sweep.measure import measure_sample
 from rig.sweep.measuring import MeasuringThread
@@ -96,7 +97,7 @@ def sweep_and_conclude(
             times = _take_all(job, sweep_id, setup, hardware, store, interrupts, show_progress)
         except BaseException as error:
             tell(
-                f"sweep {sweep_id} ended early, {_stopped(hardware.stage)}; every sample taken is "
+                f"sweep {sweep_id} ended early, {stopped(hardware.stage)}; every sample taken is "
                 f"stored, go on with: rig sweep {job.profile.name} --resume {sweep_id}"
             )
             state = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
@@ -124,15 +125,6 @@ def measure_again(store: Store, sweep_id: int, show_progress: ShowProgress) -> S
         show_progress(number + 1, f"{sample.stop.distance_mm:.1f} mm")
     store.save_measurements(sweep_id, measured)
     return conclude_sweep(store, sweep_id)
-
-
-def _stopped(stage: Stage) -> str:
-    """Stop the stage; say in words whether it stands still, and let the first error be the one."""
-    try:
-        stage.stop()
-    except DeviceError as error:
-        return str(error)
-    return "the stage stands still"
 
 
 def _begin(job: SweepJob, hardware: Hardware, store: Store) -> int:

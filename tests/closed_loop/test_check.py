@@ -72,7 +72,7 @@ def check(
     seen = load_profile("sim", (*SMALL_SIM, *overrides, *world))
     request = CheckRequest(profile, database, moves=moves, curve=curve)
     with bench(profile, seen=seen, fault=fault) as answers:
-        return {item.name: item for item in check_rig(request, answers)}
+        return {item.name: item for item in check_rig(request, answers, print)}
 
 
 @pytest.fixture
@@ -235,7 +235,7 @@ def test_a_geometry_that_drifted_is_asked_with_one_picture(database: str):
 
     request = CheckRequest(profile, database, moves=False, curve=NO_CURVE, geometry_drift=drift)
     with bench(profile) as answers:
-        items = list(check_rig(request, answers))
+        items = list(check_rig(request, answers, print))
     assert len(asked) == 1
     assert items[-1].status == "fail"
 
@@ -245,7 +245,8 @@ def test_whatever_ends_a_check_early_leaves_the_stage_stopped(database: str):
     request = CheckRequest(profile, database, moves=True, curve=NO_CURVE)
     with bench(profile) as answers:
         stage = Watched(answers.stage)
-        items = check_rig(request, replace(answers, stage=stage))
+        told: list[str] = []
+        items = check_rig(request, replace(answers, stage=stage), told.append)
         for item in items:
             if item.name == "reach":
                 break
@@ -253,6 +254,7 @@ def test_whatever_ends_a_check_early_leaves_the_stage_stopped(database: str):
         with pytest.raises(KeyboardInterrupt):
             items.throw(KeyboardInterrupt)
         assert stage.stops == 1
+        assert told == ["the check ended early, the stage stands still"]
 
 
 def test_the_verb_shows_a_table_and_what_to_do(rig: Command):
@@ -287,8 +289,9 @@ def test_ctrl_c_stops_the_stage(rig: Command):
             if "stage" in line.split()[:2]:
                 break
         process.send_signal(signal.SIGINT)
-        process.communicate(timeout=60)
+        _, errors = process.communicate(timeout=60)
     assert process.returncode == 130
+    assert "the stage stands still" in errors
 
 
 class Watched:

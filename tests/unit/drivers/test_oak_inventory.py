@@ -1,16 +1,19 @@
 """OAK devices as DepthAI and as the kernel see them."""
 
 import json
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from drivers.oak.inventory import joined, list_oaks, parse_answer
+from drivers.oak.inventory import Answer, joined, list_oaks, parse_answer
 from drivers.usb import MOVIDIUS, UsbDevice, usb_devices
 from rig.errors import ConfigError, DeviceNotFoundError
 
 ON_USB = UsbDevice("1-4", MOVIDIUS, "2485", "Movidius MyriadX", "03e72485", Path("/dev/null"))
-ANSWER = {"device_id": "184430", "name": "1-4", "protocol": "usb", "problem": None}
+ANSWER = Answer(device_id="184430", name="1-4", protocol="usb", problem=None)
 
 
 def test_one_device_seen_by_both_is_listed_once():
@@ -30,7 +33,7 @@ def test_a_device_that_only_the_kernel_sees_is_told_with_what_to_do():
 
 
 def test_the_last_line_of_the_answer_counts():
-    assert parse_answer("[depthai] noise\n" + json.dumps([ANSWER]) + "\n", 0) == [ANSWER]
+    assert parse_answer(f"[depthai] noise\n[{ANSWER.model_dump_json()}]\n", 0) == [ANSWER]
 
 
 @pytest.mark.parametrize("text", ["", "nothing\n", "{}\n", '"words"\n'])
@@ -63,3 +66,20 @@ def test_usb_devices_are_those_of_the_kernel(tmp_path: Path):
     assert [device.place for device in found] == ["1-4", "usb1"]
     assert found[0].node == Path("/dev/bus/usb/001/007")
     assert usb_devices(tmp_path / "nowhere") == ()
+
+
+@given(text=st.text() | st.binary().map(lambda data: data.decode("latin-1")))
+def test_any_answer_is_a_list_or_an_error_of_ours(text: str):
+    with suppress(ConfigError, DeviceNotFoundError):
+        assert isinstance(parse_answer(text, 1), list)
+
+
+@given(
+    answer=st.recursive(
+        st.none() | st.booleans() | st.integers() | st.text(),
+        lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+    )
+)
+def test_any_json_is_a_list_of_devices_or_an_error_of_ours(answer: object):
+    with suppress(ConfigError, DeviceNotFoundError):
+        joined(parse_answer(json.dumps(answer), 1), [ON_USB])
