@@ -7,11 +7,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.board_lines import BoardLines, BoardViews, Paths
 from rig.epipolar.board_slope import BoardSlope
 from rig.epipolar.corner_tracks import CornerPlane, fit_corner_tracks
-from rig.epipolar.misalignment import Misalignment, fit_misalignment
-from rig.epipolar.spline import sample_lines, spline_coefficients
-from rig.epipolar.views import RectifiedViews
+from rig.epipolar.misalignment import fit_misalignment
+from rig.epipolar.spline import spline_coefficients
 from rig.errors import SlopeError, TargetError
 from rig.geometry.corners import Corners
 from rig.geometry.homography import fit_homography, grid_places, map_points
@@ -22,14 +22,12 @@ SMOOTH_PX = 0.6
 """Gaussian before the fit. Splines need some; every bit more than that costs information."""
 _BORDER_PX = 5.0
 """Blur and smoothing carry the background this far into the outermost squares."""
-_MIN_ENERGY = 0.02
-"""Squared gradient, of the strongest edges, below which a pixel tells nothing about slope."""
 _STEPS = 10
 _SETTLED_PX = 1e-7
 
 
 def fit_board_slope(
-    views: RectifiedViews, corners: Sequence[Corners | TargetError | None]
+    views: BoardViews, corners: Sequence[Corners | TargetError | None]
 ) -> BoardSlope:
     """Measure the slope plane of a board by maximum likelihood over all its edge pixels.
 
@@ -37,11 +35,14 @@ def fit_board_slope(
     `sum (I_v(u - m x_v, v - m y_v) - T(u, v))^2` over the plane m(u, v), with the unknown texture
     T eliminated as the mean over views, so that no single view's noise counts twice, and with gain
     and offset of every view fitted along. Views that are not rectified leave their lines by a
-    smooth field that their corners tell; it is taken along. Deterministic to the last bit.
+    smooth field that their corners tell; it is taken along. Pictures of calibrated cameras are
+    sampled where the calibration says, themselves and not a resampled copy. Deterministic to the
+    last bit.
 
     Args:
-        views: Rectified views; the board stands still in them.
-        corners: Per view the corners of one board, or why there are none; those views are left out.
+        views: Rectified views, or raw ones with a calibration; the board stands still in them.
+        corners: Per view the corners of one board in its own picture, or why there are none; those
+            views are left out.
 
     Raises:
         TargetError: fewer than two views with corners, or none in the reference view.
@@ -51,12 +52,12 @@ def fit_board_slope(
     x_steps, y_steps = views.x_steps[used], views.y_steps[used]
     reference = used.index(views.reference)
     board = found[reference]
-    centre_px, outline_px = _outline(board)
-    tracks = fit_corner_tracks(
-        [corner.xy_px for corner in found], x_steps, y_steps, reference, centre_px
-    )
+    common = views.common_px({v: corner.xy_px for v, corner in zip(used, found, strict=True)})
+    xy_px = [common[view] for view in used]
+    centre_px, outline_px = _outline(xy_px[reference], board.side_px)
+    tracks = fit_corner_tracks(xy_px, x_steps, y_steps, reference, centre_px)
     misalignment = fit_misalignment(
-        [corner.xy_px for corner in found],
+        xy_px,
         x_steps,
         y_steps,
         reference,
@@ -66,14 +67,14 @@ def fit_board_slope(
         corner_sigma_px=float(np.median([np.median(corner.sigma_px) for corner in found])),
     )
     coefficients = np.stack([spline_coefficients(views.images[v], SMOOTH_PX) for v in used])
-    lines = _Lines(coefficients, x_steps, y_steps, centre_px, misalignment)
-    pixels = lines.edges(outline_px, tracks.plane, reference)
-    fit = _gauss_newton(lines, pixels, tracks.plane)
+    lines = BoardLines(views, used, coefficients, centre_px, misalignment)
+    paths = lines.edges(outline_px, tracks.plane, reference)
+    fit = _gauss_newton(lines, paths)
     # A checkerboard repeats along its diagonals, after sqrt(2) squares.
     longest = float(np.hypot(x_steps, y_steps).max())
     period_px = float(np.sqrt(2)) * board.side_px / longest
     _stays_at_start(fit, tracks, period_px)
-    covariance = _covariance(lines, pixels, fit)
+    covariance = _covariance(lines, paths.pixels, fit)
     a, b, c = (float(number) for number in fit.plane)
     return BoardSlope(
         slope_px=a,
@@ -85,7 +86,7 @@ def fit_board_slope(
         corner_sigma_px=tracks.sigma_px,
         track_residual_px=tracks.residual_px,
         residual=fit.residual,
-        edge_pixels=pixels.shape[1],
+        edge_pixels=paths.pixels.shape[1],
         side_px=board.side_px,
         period_px=period_px,
         outline_px=outline_px,
@@ -95,7 +96,7 @@ def fit_board_slope(
 
 
 def _usable(
-    views: RectifiedViews, corners: Sequence[Corners | TargetError | None]
+    views: BoardViews, corners: Sequence[Corners | TargetError | None]
 ) -> tuple[list[int], list[Corners]]:
     if len(corners) != len(views.images):
         raise TargetError(
@@ -123,70 +124,16 @@ def _usable(
     return used, found
 
 
-def _outline(corners: Corners) -> tuple[Float, Float]:
+def _outline(xy_px: Float, side_px: float) -> tuple[Float, Float]:
     """Image of the board's centre, and the polygon that only the board's own edges cross."""
-    rows, columns = corners.xy_px.shape[:2]
+    rows, columns = xy_px.shape[:2]
     places = grid_places(rows, columns).reshape(-1, 2)
-    homography = fit_homography(places, corners.xy_px.reshape(-1, 2))
-    out = max(0.0, 1 - _BORDER_PX / corners.side_px)
+    homography = fit_homography(places, xy_px.reshape(-1, 2))
+    out = max(0.0, 1 - _BORDER_PX / side_px)
     right, bottom = columns - 1 + out, rows - 1 + out
     outline = np.array([[-out, -out], [right, -out], [right, bottom], [-out, bottom]])
     centre = np.array([(columns - 1) / 2, (rows - 1) / 2])
     return map_points(homography, centre), map_points(homography, outline)
-
-
-@dataclass(frozen=True, slots=True)
-class _Lines:
-    """The views as splines; lines through them follow a slope plane about the centre."""
-
-    coefficients: NDArray[np.float32]
-    x_steps: Float
-    y_steps: Float
-    centre_px: Float
-    misalignment: Misalignment
-
-    def design(self, pixels: Float) -> Float:
-        """(3, N) derivatives of the slope by a, b, c."""
-        return np.stack([np.ones(pixels.shape[1]), *(pixels - self.centre_px[:, None])])
-
-    def sample(self, pixels: Float, plane: Float) -> tuple[Float, Float]:
-        """Values (V, N) along the lines and their mean gradient (2, N)."""
-        slope = plane @ self.design(pixels)
-        x, y = np.ascontiguousarray(pixels[0]), np.ascontiguousarray(pixels[1])
-        beside = np.ascontiguousarray(self.misalignment.at(pixels))
-        return sample_lines(self.coefficients, x, y, slope, self.x_steps, self.y_steps, beside)
-
-    def steps(self) -> Float:
-        """(V, 2) view positions about their mean."""
-        steps = np.stack([self.x_steps, self.y_steps], axis=-1)
-        return steps - steps.mean(axis=0)
-
-    def edges(self, outline_px: Float, plane: Float, reference: int) -> Float:
-        """(2, N) pixels of the reference view on edges of the board, seen in all views."""
-        height, width = self.coefficients.shape[1:]
-        inside = np.zeros((height, width), np.uint8)
-        cv2.fillConvexPoly(inside, np.round(outline_px).astype(np.int32), 1)
-        row, column = np.nonzero(inside)
-        pixels = np.stack([column, row]).astype(np.float64)
-        slope = plane @ self.design(pixels)
-        beside = self.misalignment.at(pixels)
-        x = pixels[0] - slope * self.x_steps[:, None] + beside[:, 0]
-        y = pixels[1] - slope * self.y_steps[:, None] + beside[:, 1]
-        seen = (x >= 3) & (x <= width - 4) & (y >= 3) & (y <= height - 4)
-        pixels = pixels[:, seen.all(axis=0)]
-        alone = _Lines(
-            self.coefficients[reference : reference + 1],
-            np.zeros(1),
-            np.zeros(1),
-            self.centre_px,
-            Misalignment.none(1, self.centre_px),
-        )
-        energy = (alone.sample(pixels, plane)[1] ** 2).sum(axis=0)
-        if energy.size == 0 or float(energy.max()) <= 0:
-            raise SlopeError(
-                "board found, but no edge of it is seen by all views; move it to the middle"
-            )
-        return pixels[:, energy > _MIN_ENERGY * np.percentile(energy, 99)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,14 +146,14 @@ class _Fit:
     variance: float
 
 
-def _gauss_newton(lines: _Lines, pixels: Float, start: Float) -> _Fit:
-    plane = start.copy()
-    design, steps = lines.design(pixels), lines.steps()
-    views, count = len(steps), pixels.shape[1]
+def _gauss_newton(lines: BoardLines, paths: Paths) -> _Fit:
+    plane = paths.plane.copy()
+    design, steps = lines.design(paths.pixels), lines.steps()
+    views, count = len(steps), paths.pixels.shape[1]
     reach = np.abs(design).max(axis=1)
     change = np.full(3, np.inf)
     for _ in range(_STEPS):
-        value, gradient = lines.sample(pixels, plane)
+        value, gradient = lines.sample(paths, plane)
         value, gains = _levelled(value)
         residual = value - value.mean(axis=0)
         # d value / d slope of each view, about the mean over views.
@@ -242,7 +189,7 @@ def _levelled(value: Float) -> tuple[Float, Float]:
     return (value - middle) / gains[:, None], gains
 
 
-def _covariance(lines: _Lines, pixels: Float, fit: _Fit) -> Float:
+def _covariance(lines: BoardLines, pixels: Float, fit: _Fit) -> Float:
     """Covariance of the plane under noise that the smoothing has correlated.
 
     White noise smoothed by a Gaussian of sigma s has the autocorrelation exp(-r^2 / 4 s^2), so the

@@ -45,46 +45,44 @@ def _taps(smooth_px: float) -> NDArray[np.float64]:
 @kernel()
 def sample_lines(
     coefficients: NDArray[np.float32],
-    x_px: NDArray[np.float64],
-    y_px: NDArray[np.float64],
-    slope_px: NDArray[np.float64],
-    x_steps: NDArray[np.float64],
-    y_steps: NDArray[np.float64],
-    beside_px: NDArray[np.float64],
+    places_px: NDArray[np.float64],
+    rates: NDArray[np.float64],
+    change_px: NDArray[np.float64],
+    turns: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Follow the line of every point through all views.
 
     Args:
         coefficients: (V, H, W) of `spline_coefficients`.
-        x_px: (N,) columns in the reference view; the line must stay 2 px inside every view.
-        y_px: (N,) rows.
-        slope_px: (N,) slopes, px per view step.
-        x_steps: (V,) view positions.
-        y_steps: (V,).
-        beside_px: (V, 2, N) how far each view's picture lies beside the line.
+        places_px: (V, 2, N) where the lines pass through the pictures at some slope; they must stay
+            2 px inside.
+        rates: (V, 2, N) how these places move per px of slope.
+        change_px: (N,) slope to look at, less that slope.
+        turns: (V, 2, 2) derivative of a picture's pixels by those of the common frame.
 
     Returns:
-        Values (V, N), and the gradient (2, N) along x and y, averaged over the views.
+        Values (V, N), and the gradient (2, N) along x and y of the common frame, averaged over the
+        views.
     """
-    views, points = coefficients.shape[0], x_px.size
+    views, points = coefficients.shape[0], change_px.size
     value = np.empty((views, points))
     gradient = np.zeros((2, points))
     wx, wy, gx, gy = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
     for view in range(views):
         for point in range(points):
-            x = x_px[point] - slope_px[point] * x_steps[view] + beside_px[view, 0, point]
-            y = y_px[point] - slope_px[point] * y_steps[view] + beside_px[view, 1, point]
+            x = places_px[view, 0, point] + change_px[point] * rates[view, 0, point]
+            y = places_px[view, 1, point] + change_px[point] * rates[view, 1, point]
             column, row = int(np.floor(x)), int(np.floor(y))
-            for weights, rates, t in ((wx, gx, x - column), (wy, gy, y - row)):
+            for weights, tilts, t in ((wx, gx, x - column), (wy, gy, y - row)):
                 s = 1.0 - t
                 weights[0] = s * s * s / 6.0
                 weights[1] = 2.0 / 3.0 - 0.5 * t * t * (2.0 - t)
                 weights[2] = 2.0 / 3.0 - 0.5 * s * s * (2.0 - s)
                 weights[3] = t * t * t / 6.0
-                rates[0] = -0.5 * s * s
-                rates[1] = t * (1.5 * t - 2.0)
-                rates[2] = -s * (1.5 * s - 2.0)
-                rates[3] = 0.5 * t * t
+                tilts[0] = -0.5 * s * s
+                tilts[1] = t * (1.5 * t - 2.0)
+                tilts[2] = -s * (1.5 * s - 2.0)
+                tilts[3] = 0.5 * t * t
             total, along_x, along_y = 0.0, 0.0, 0.0
             for j in range(4):
                 line, rate = 0.0, 0.0
@@ -96,6 +94,10 @@ def sample_lines(
                 along_x += wy[j] * rate
                 along_y += gy[j] * line
             value[view, point] = total
-            gradient[0, point] += along_x / views
-            gradient[1, point] += along_y / views
+            gradient[0, point] += (
+                along_x * turns[view, 0, 0] + along_y * turns[view, 1, 0]
+            ) / views
+            gradient[1, point] += (
+                along_x * turns[view, 0, 1] + along_y * turns[view, 1, 1]
+            ) / views
     return value, gradient

@@ -1,5 +1,6 @@
 """What goes into the slope estimator and what comes out."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 
 from rig.errors import SlopeError
 
+Float = NDArray[np.float64]
 Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 
 
@@ -75,6 +77,25 @@ class RectifiedViews:
     def shape(self) -> tuple[int, int]:
         """Height and width of every view, px."""
         return self.images.shape[1], self.images.shape[2]
+
+    def places_px(self, view: int, pixels: Float, slope_px: Float, beside_px: Float) -> Float:
+        """Where the line of reference pixels passes through the picture of a view.
+
+        Args:
+            view: index.
+            pixels: (2, N) in the reference view.
+            slope_px: (N,) px per view step.
+            beside_px: (2, N) by how much the picture lies beside the lines.
+
+        Returns:
+            (2, N) pixels of that picture.
+        """
+        step = np.array([self.x_steps[view], self.y_steps[view]])[:, None]
+        return pixels - slope_px * step + beside_px
+
+    def common_px(self, xy_px: Mapping[int, Float]) -> dict[int, Float]:
+        """Points (..., 2) of pictures, by view, in the common frame: for these views, the same."""
+        return dict(xy_px)
 
 
 @dataclass(frozen=True, slots=True)
