@@ -4,15 +4,15 @@ import json
 from pathlib import Path
 
 from rig.capture.live import Measured
-from rig.depth import write_depth_png, write_label_png, write_pfm
+from rig.depth import write_bytes, write_depth_png, write_label_png, write_pfm
 from rig.errors import StoreError
-from rig.profile import Profile
+from rig.rectified import Rectifier
 
 
 class CaptureFolder:
     """Writes what a capture measures; every file appears whole or not at all."""
 
-    def __init__(self, folder: Path, profile: Profile, curve_id: int | None) -> None:
+    def __init__(self, folder: Path, rectifier: Rectifier, curve_id: int | None) -> None:
         self.folder = folder
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -22,8 +22,11 @@ class CaptureFolder:
                 f"capture folder {folder}: cannot be written: {error.strerror}; "
                 "choose another one with --out"
             ) from error
-        self._profile = profile
+        self._rectifier = rectifier
         self._curve_id = curve_id
+        if rectifier.rectification is not None:
+            camera = json.dumps(rectifier.rectification.camera_json(), indent=2)
+            write_bytes(folder / "camera.json", camera.encode())
 
     def write(self, measured: Measured) -> None:
         """Write all maps of one multi-view and its line in `frames.jsonl`.
@@ -58,8 +61,9 @@ class CaptureFolder:
         multiview = measured.multiview
         return {
             "frame": measured.index,
-            "rig": self._profile.name,
+            "rig": self._rectifier.profile.name,
             "curve": self._curve_id,
+            "calibration": self._rectifier.calibration_id,
             "sigma_unit": "px per view step" if measured.depth is None else "mm",
             "timestamp_s": multiview.timestamp_s,
             "skew_s": multiview.skew_s,

@@ -3,7 +3,7 @@
 import statistics
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,8 +12,7 @@ from rig.depth import DepthMap, depth_from_slopes
 from rig.devices import Camera
 from rig.epipolar import SlopeMap, SlopePrior, estimate_slopes
 from rig.frames import MultiView
-from rig.profile import Profile
-from rig.rectified import rectified_views
+from rig.rectified import Rectifier
 
 _MOTION_PX = np.float32(0.2)
 """1 sigma of what a slope may change from one multi-view to the next and still be followed."""
@@ -55,7 +54,7 @@ class CaptureTally:
 
 
 def run_capture(
-    profile: Profile, camera: Camera, curve: Curve | None, tally: CaptureTally
+    rectifier: Rectifier, camera: Camera, curve: Curve | None, tally: CaptureTally
 ) -> Iterator[Measured]:
     """Yield slopes and depth of every multi-view that the camera streams.
 
@@ -70,6 +69,7 @@ def run_capture(
         DeviceError: the camera failed.
         SlopeError: the images give no slopes at all.
     """
+    profile = rectifier.profile
     index = 0
     hypothesis: SlopePrior | None = None
     for multiview in camera.stream():
@@ -77,14 +77,14 @@ def run_capture(
         if multiview.skew_s > profile.camera.max_skew_s:
             tally.skewed += 1
             continue
-        views = rectified_views(profile, multiview.stack())
-        slopes = estimate_slopes(views, profile.slopes.range_px, hypothesis)
+        views = rectifier.views([frame.image for frame in multiview.frames])
+        slopes = rectifier.answered(estimate_slopes(views, profile.slopes.range_px, hypothesis))
         hypothesis = SlopePrior(slopes.slope_px, np.maximum(slopes.sigma_px, _MOTION_PX))
-        depth = (
-            None
-            if curve is None
-            else depth_from_slopes(slopes, curve, max_sigma_pct=profile.quality.depth_sigma_pct)
-        )
+        depth = None
+        if curve is not None:
+            on_axis = replace(slopes, slope_px=rectifier.axis_slopes_px(slopes.slope_px))
+            max_sigma_pct = profile.quality.depth_sigma_pct
+            depth = depth_from_slopes(on_axis, curve, max_sigma_pct=max_sigma_pct)
         measured = Measured(index, multiview, slopes, depth, time.perf_counter() - begun_s)
         tally.add(measured)
         index += 1

@@ -9,14 +9,17 @@ from pathlib import Path
 
 import numpy as np
 
+from rig.calibrations import NO_CALIBRATION
 from rig.capture.folder import CaptureFolder
 from rig.capture.live import CaptureTally, Measured, run_capture
 from rig.capture.picture import write_picture
 from rig.curve import Curve
+from rig.database import StoredCurve
 from rig.devices import Camera
 from rig.errors import CurveError
 from rig.interrupts import Interrupts
 from rig.profile import Profile
+from rig.rectified import Rectifier
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +71,7 @@ class CaptureSummary:
 
 
 def capture_depth(
-    profile: Profile,
+    rectifier: Rectifier,
     request: CaptureRequest,
     camera: Camera,
     curve: tuple[int, Curve] | None,
@@ -78,7 +81,7 @@ def capture_depth(
     """Capture until the request is fulfilled, the camera ends, or Ctrl-C.
 
     Args:
-        profile: the rig.
+        rectifier: of the rig.
         request: how long, and where maps go.
         camera: open.
         curve: the curve and its number; None measures slopes only.
@@ -88,15 +91,16 @@ def capture_depth(
         DeviceError: the camera failed; what was written before is kept.
         StoreError: the folder cannot be written.
     """
+    profile = rectifier.profile
     tally = CaptureTally()
     curve_id, law = (None, None) if curve is None else curve
-    folder = None if request.folder is None else CaptureFolder(request.folder, profile, curve_id)
+    folder = None if request.folder is None else CaptureFolder(request.folder, rectifier, curve_id)
     last: Measured | None = None
     is_interrupted = False
     begun_s = time.monotonic()
     with closing(folder) if folder is not None else nullcontext(), Interrupts() as interrupts:
         try:
-            for measured in _until(run_capture(profile, camera, law, tally), request, begun_s):
+            for measured in _until(run_capture(rectifier, camera, law, tally), request, begun_s):
                 with interrupts.held():
                     if folder is not None:
                         folder.write(measured)
@@ -107,7 +111,7 @@ def capture_depth(
         took_s = time.monotonic() - begun_s
         picture = None
         if folder is not None and last is not None:
-            picture = write_picture(folder.folder / "last_frame.png", last, profile.reference)
+            picture = write_picture(folder.folder / "last_frame.png", last, rectifier)
     return CaptureSummary(
         frames=len(tally.latencies_s),
         frames_per_s=len(tally.latencies_s) / took_s if took_s > 0.0 else 0.0,
@@ -126,12 +130,13 @@ def capture_depth(
     )
 
 
-def require_matching(profile: Profile, calibrated: Profile, curve_id: int) -> None:
+def require_matching(rectifier: Rectifier, calibrated: Profile, curve: StoredCurve) -> None:
     """Refuse a curve that was measured with another arrangement of cameras.
 
     Raises:
-        CurveError: name, views or pitch differ.
+        CurveError: name, views or pitch differ, or it was measured with another calibration.
     """
+    profile, curve_id = rectifier.profile, curve.id
     what = profile.first_difference(calibrated, ("name", "views", "pitch_mm"))
     if what is not None:
         found, asked = getattr(calibrated, what), getattr(profile, what)
@@ -140,6 +145,18 @@ def require_matching(profile: Profile, calibrated: Profile, curve_id: int) -> No
             f"curve {curve_id} belongs to another rig: {what} differs ({shown}); "
             f"run `rig sweep {profile.name}` or choose with --curve"
         )
+    if curve.calibration_id != rectifier.calibration_id:
+        then, now = (_calibration(i) for i in (curve.calibration_id, rectifier.calibration_id))
+        choice = rectifier.calibration_id or NO_CALIBRATION
+        raise CurveError(
+            f"curve {curve_id} was measured with {then}, asked to use it with {now}: its slopes "
+            f"are others; run `rig fit {curve.sweep_id} --calibration {choice}`, or give "
+            f"--calibration {curve.calibration_id or NO_CALIBRATION}"
+        )
+
+
+def _calibration(calibration_id: int | None) -> str:
+    return "no calibration" if calibration_id is None else f"calibration {calibration_id}"
 
 
 def _until(

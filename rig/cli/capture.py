@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
+from rig.cli.options import AsJson, CalibrationChoice, DatabaseUrl, Overrides, ProfileName
 
 if TYPE_CHECKING:
     from rig.capture.run import CaptureSummary
@@ -39,6 +39,7 @@ def capture(
     slopes_only: Annotated[
         bool, typer.Option("--slopes-only", help="No curve: slopes in px per view step only.")
     ] = False,
+    calibration: CalibrationChoice = None,
     overrides: Overrides = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -52,17 +53,18 @@ def capture(
     from rig.capture.run import CaptureRequest, capture_depth
     from rig.cli.output import show_json, tell
     from rig.cli.progress import FrameProgress
-    from rig.cli.stored import find_curve, new_folder
+    from rig.cli.stored import find_curve, find_rectifier, new_folder
     from rig.hardware import open_camera
     from rig.profile.load import load_profile
 
     profile = load_profile(profile_name, overrides or ())
-    curve = None if slopes_only else find_curve(profile, curve_id, database)
+    rectifier = find_rectifier(profile, calibration, database)
+    curve = None if slopes_only else find_curve(rectifier, curve_id, database)
     if out is None and (frames is not None or seconds is not None):
         out = new_folder(database, "captures", profile.name)
     request = CaptureRequest(frames=frames, duration_s=seconds, folder=out)
     with open_camera(profile) as (camera, _), FrameProgress(frames) as progress:
-        summary = capture_depth(profile, request, camera, curve, on_frame=progress.update)
+        summary = capture_depth(rectifier, request, camera, curve, on_frame=progress.update)
     if as_json:
         show_json(summary.as_dict())
     else:

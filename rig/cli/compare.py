@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
+from rig.cli.options import AsJson, CalibrationChoice, DatabaseUrl, Overrides, ProfileName
 
 if TYPE_CHECKING:
     from rig.compare.comparison import Comparison
@@ -44,6 +44,7 @@ def compare(
     slopes_only: Annotated[
         bool, typer.Option("--slopes-only", help="No curve: slopes in px per view step only.")
     ] = False,
+    calibration: CalibrationChoice = None,
     overrides: Overrides = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -58,16 +59,17 @@ def compare(
         raise typer.BadParameter("--slopes-only uses neither --curve nor --sweep")
     from rig.cli.output import show_json
     from rig.cli.progress import Progress
-    from rig.cli.stored import find_curve, new_folder
+    from rig.cli.stored import find_curve, find_rectifier, new_folder
     from rig.compare.run import CompareRequest, compare_methods
     from rig.database import open_store
     from rig.hardware import open_camera
     from rig.profile.load import load_profile
 
     profile = load_profile(profile_name, overrides or ())
+    rectifier = find_rectifier(profile, calibration, database)
     request = CompareRequest(
         frames=frames,
-        curve=None if slopes_only else find_curve(profile, curve_id, database),
+        curve=None if slopes_only else find_curve(rectifier, curve_id, database),
         sweep_id=sweep_id,
         folder=out or new_folder(database, "comparisons", profile.name),
     )
@@ -76,7 +78,7 @@ def compare(
         open_camera(profile) as (camera, _),
         Progress(None) as progress,
     ):
-        comparison = compare_methods(profile, request, camera, store, progress.report)
+        comparison = compare_methods(rectifier, request, camera, store, progress.report)
     if as_json:
         show_json(comparison.as_dict())
     else:

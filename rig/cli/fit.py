@@ -12,7 +12,21 @@ SweepNumber = Annotated[
 ]
 
 
-def fit(sweep_id: SweepNumber, *, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
+def fit(
+    sweep_id: SweepNumber,
+    *,
+    calibration: Annotated[
+        str | None,
+        typer.Option(
+            "--calibration",
+            metavar="ID|none",
+            help="Measure with this geometric calibration, or with none; default: as before.",
+            show_default=False,
+        ),
+    ] = None,
+    database: DatabaseUrl = None,
+    as_json: AsJson = False,
+) -> None:
     """Compute slopes and curve of a sweep again from its stored frames; no hardware is touched."""
     from rig.cli.progress import Progress
     from rig.database import open_store
@@ -22,6 +36,6 @@ def fit(sweep_id: SweepNumber, *, database: DatabaseUrl = None, as_json: AsJson 
     with open_store(database) as store:
         total = len(store.samples(sweep_id))
         with Progress(total) as progress:
-            result = measure_again(store, sweep_id, progress.report)
+            result = measure_again(store, sweep_id, progress.report, calibration)
         write_report(store, result)
     show_result(result, as_json=as_json)

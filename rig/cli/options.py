@@ -30,4 +30,14 @@ DatabaseUrl = Annotated[
         show_default=False,
     ),
 ]
+CalibrationChoice = Annotated[
+    str | None,
+    typer.Option(
+        "--calibration",
+        metavar="ID|none",
+        help="Rectify with this geometric calibration, or take pictures as they are; default: the "
+        "newest good calibration of the rig, if there is one.",
+        show_default=False,
+    ),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]

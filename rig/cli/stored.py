@@ -9,15 +9,34 @@ from rig.errors import RigError
 if TYPE_CHECKING:
     from rig.curve import Curve
     from rig.profile import Profile
+    from rig.rectified import Rectifier
+
+
+def find_rectifier(
+    profile: "Profile", calibration: str | None, database: str | None
+) -> "Rectifier":
+    """Return the rectifier of the calibration asked for, or of the newest of the rig, if any.
+
+    Raises:
+        ConfigError: it is of another rig.
+        StoreError: there is no such calibration.
+    """
+    from rig.calibrations import chosen_calibration
+    from rig.database import open_store
+    from rig.rectified import rectifier_of
+
+    with open_store(database) as store:
+        return rectifier_of(profile, chosen_calibration(store, profile.name, calibration))
 
 
 def find_curve(
-    profile: "Profile", curve_id: int | None, database: str | None
+    rectifier: "Rectifier", curve_id: int | None, database: str | None
 ) -> "tuple[int, Curve]":
     """Return the curve to use: the one asked for, or the newest of the rig.
 
     Raises:
-        CurveError: it belongs to another rig, or to another arrangement of its cameras.
+        CurveError: it belongs to another rig, to another arrangement of its cameras, or to another
+            calibration.
         StoreError: there is none.
     """
     from rig.capture.run import require_matching
@@ -26,9 +45,10 @@ def find_curve(
     from rig.sweep.conclude import stored_profile
 
     with open_store(database) as store:
-        stored = store.active_curve(profile.name) if curve_id is None else store.curve(curve_id)
+        name = rectifier.profile.name
+        stored = store.active_curve(name) if curve_id is None else store.curve(curve_id)
         calibrated = stored_profile(store.sweep(stored.sweep_id))
-    require_matching(profile, calibrated, stored.id)
+    require_matching(rectifier, calibrated, stored)
     return stored.id, Curve.from_json(stored.curve)
 
 

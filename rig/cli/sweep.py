@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rig.cli.conclusion import show_result
-from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
+from rig.cli.options import AsJson, CalibrationChoice, DatabaseUrl, Overrides, ProfileName
 from rig.cli.output import show, show_json, table, tell
 
 if TYPE_CHECKING:
@@ -55,6 +55,7 @@ def sweep(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Print the plan and its estimated time; move nothing.")
     ] = False,
+    calibration: CalibrationChoice = None,
     overrides: Overrides = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -79,6 +80,8 @@ def sweep(
         raise typer.BadParameter(f"{' '.join(more)}: give distances after --at-mm")
     if at_mm and (resume or not (from_mm is to_mm is count is None)):
         raise typer.BadParameter("--at-mm stands alone, without --from-mm, --to-mm, --count")
+    if resume and calibration is not None:
+        raise typer.BadParameter("a resumed sweep keeps its calibration; rig fit changes it")
     profile = load_profile(profile_name, overrides or ())
     distances_mm = tuple(_numbers([*(at_mm or []), *more])) if at_mm else ()
     request = SweepRequest(from_mm, to_mm, count, distances_mm, samples)
@@ -90,7 +93,7 @@ def sweep(
         job = (
             resumed_sweep(store, profile, _sweep_number(more))
             if resume
-            else new_sweep(profile, request)
+            else new_sweep(store, profile, request, calibration)
         )
         with open_hardware(job.profile) as hardware, Progress(job.total) as progress:
             result = sweep_and_conclude(job, hardware, store, progress.report, tell)

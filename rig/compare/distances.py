@@ -13,8 +13,7 @@ from rig.curve import Curve
 from rig.database import Measurement, Sample, SampleKey
 from rig.epipolar import RectifiedViews, SlopePrior, estimate_slopes
 from rig.frames import MultiView
-from rig.profile import Profile
-from rig.rectified import rectified_views
+from rig.rectified import Rectifier
 from rig.sweep.measure import OUTLINE
 
 WITH_PLANE = "rig, plane known"
@@ -57,8 +56,8 @@ class Board:
     """(H, W) pixels within its outline."""
     plane_px: NDArray[np.float32]
     """(H, W) slopes of its plane."""
-    centre_px: float
-    """Slope at its centre."""
+    centre_px: tuple[float, float]
+    """(u, v) of its centre."""
 
     @classmethod
     def of(cls, measurement: Measurement, shape: tuple[int, int]) -> "Board | None":
@@ -73,7 +72,7 @@ class Board:
         at_centre, per_column, per_row = measurement.plane
         u, v = measurement.centre_px
         plane = at_centre + per_column * (columns - u) + per_row * (rows - v)
-        return cls(inside > 0, plane.astype(np.float32), at_centre)
+        return cls(inside > 0, plane.astype(np.float32), (u, v))
 
     def window_px(self, baseline_steps: float) -> Span:
         """Slopes on the board, with room to make up one block of disparities on a flat board."""
@@ -83,7 +82,7 @@ class Board:
 
 
 def compare_distances(
-    profile: Profile,
+    rectifier: Rectifier,
     curve: Curve,
     samples: Sequence[Sample],
     measurements: Mapping[SampleKey, Measurement],
@@ -97,7 +96,7 @@ def compare_distances(
     errors are those that remain when the period is known.
 
     Args:
-        profile: as the sweep was taken.
+        rectifier: as the sweep was measured.
         curve: what turns slopes into distance.
         samples: of a sweep; the first with a board at each distance is used.
         measurements: of the samples.
@@ -112,26 +111,37 @@ def compare_distances(
     for sample in samples:
         if sample.stop.distance_mm in found or sample.key not in measurements:
             continue
-        views = rectified_views(profile, load(sample).stack())
+        views = rectifier.views(load(sample).stack())
         board = Board.of(measurements[sample.key], views.shape)
         if board is None:
             continue
-        errors = _at_distance(profile, views, board, curve, sample.reached_mm)
+        distance_mm = rectifier.distance_mm(sample.reached_mm)
+        errors = _at_distance(rectifier, views, board, curve, distance_mm)
         found[sample.stop.distance_mm] = errors
         show_progress(len(found), f"board at {sample.reached_mm:.1f} mm")
     return tuple(sorted(found.values(), key=lambda errors: errors.distance_mm))
 
 
 def _at_distance(
-    profile: Profile, views: RectifiedViews, board: Board, curve: Curve, distance_mm: float
+    rectifier: Rectifier, views: RectifiedViews, board: Board, curve: Curve, distance_mm: float
 ) -> BoardErrors:
     window_px = board.window_px(best_pair(views).baseline_steps)
     slopes = {method.name: method.run(views, window_px) for method in (OURS, *BASELINES)}
-    slopes[WITH_PLANE] = _with_plane(views, board, profile.slopes.range_px)
+
+    def seen(slope_px: Map) -> Map:
+        return curve.without_field(rectifier.axis_slopes_px(slope_px))
+
+    # What the tilt of the board, as the line fit has it, changes of the slope at its centre.
+    u, v = board.centre_px
+    tilt_px = seen(board.plane_px) - seen(board.plane_px)[round(v), round(u)]
+    slopes[WITH_PLANE] = _with_plane(views, board, rectifier.profile.slopes.range_px)
     return BoardErrors(
         distance_mm,
         window_px,
-        {name: _board_error(slopes[name], board, curve, distance_mm) for name in NAMES},
+        {
+            name: _board_error(seen(slopes[name]), tilt_px, board, curve, distance_mm)
+            for name in NAMES
+        },
     )
 
 
@@ -141,14 +151,15 @@ def _with_plane(views: RectifiedViews, board: Board, slope_range_px: Span) -> Ma
     return estimate_slopes(views, slope_range_px, SlopePrior(plane_px, sigma_px)).slope_px
 
 
-def _board_error(slope_px: Map, board: Board, curve: Curve, distance_mm: float) -> BoardError:
+def _board_error(
+    slope_px: Map, tilt_px: Map, board: Board, curve: Curve, distance_mm: float
+) -> BoardError:
     """Bring the slopes of the board to its centre and turn what they miss into distance.
 
     The tilt of the board, as the line fit has it, is no error. Misses become distance at the rate
     of the curve there, as those of the curve's own stops do: near the ends of the curve half of the
     slopes lie just outside it, and leaving these out would hide half of the errors.
     """
-    tilt_px = board.plane_px - np.float32(board.centre_px)
     expected_px = curve.law.slope_px(np.array([distance_mm]))
     mm_per_px = float(curve.law.depth_per_slope(expected_px)[0])
     error_mm = (slope_px - tilt_px - expected_px[0])[board.inside] * mm_per_px

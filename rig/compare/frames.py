@@ -13,8 +13,7 @@ from rig.curve import Curve
 from rig.epipolar import RectifiedViews
 from rig.errors import SlopeError
 from rig.frames import GreyImage, MultiView
-from rig.profile import Profile
-from rig.rectified import rectified_views
+from rig.rectified import Rectifier
 
 METHODS = (OURS, *BASELINES, *FILLED)
 _REPEATS = 3
@@ -54,32 +53,33 @@ class FrameComparison:
 
 
 def compare_frames(
-    profile: Profile, multiviews: Iterable[MultiView], curve: Curve | None
+    rectifier: Rectifier, multiviews: Iterable[MultiView], curve: Curve | None
 ) -> FrameComparison:
     """Run every method on every multi-view.
 
     Args:
-        profile: the rig; all methods search its `slopes.range_px`.
+        rectifier: of the rig; all methods get its rectified views and search the
+            `slopes.range_px` of its profile.
         multiviews: one or more.
         curve: what turns slopes into depth; None compares slopes only.
 
     Raises:
         SlopeError: there was no multi-view, it holds no stereo pair, or images give no slopes.
     """
-    taken = tuple(multiviews)
+    profile, taken = rectifier.profile, tuple(multiviews)
     if not taken:
         raise SlopeError(
             f"asked {profile.name} for multi-views to compare on, none came whose views lie "
             f"within {1e3 * profile.camera.max_skew_s:.1f} ms; check the camera and its sync"
         )
-    frames = [rectified_views(profile, multiview.stack()) for multiview in taken]
+    frames = [rectifier.views(multiview.stack()) for multiview in taken]
     pair = best_pair(frames[0])
     first_px, count = pair.disparities(profile.slopes.range_px)
     slopes, durations_s = _run_all(frames, profile.slopes.range_px)
     scores: list[FrameScore] = []
     for method in METHODS:
         found, ours = np.stack(slopes[method.name]), np.stack(slopes[OURS.name])
-        answers = found if curve is None else curve.depth_mm(found)
+        answers = [_answer(rectifier, curve, one) for one in found]
         gap_px = np.abs(found - ours) * pair.baseline_steps
         gap_px = gap_px[np.isfinite(gap_px)]
         scores.append(
@@ -98,9 +98,16 @@ def compare_frames(
         baseline_steps=pair.baseline_steps,
         disparities_px=(first_px, first_px + count - 1),
         scores=tuple(scores),
-        image=taken[0].frames[profile.reference].image,
-        maps=shown if curve is None else {k: curve.depth_mm(v) for k, v in shown.items()},
+        image=rectifier.pictures(taken[0].stack())[profile.reference],
+        maps={name: _answer(rectifier, curve, one) for name, one in shown.items()},
     )
+
+
+def _answer(rectifier: Rectifier, curve: Curve | None, slope_px: Map) -> Map:
+    """Depth of a map of slopes with a curve, the slopes themselves without one."""
+    if curve is None:
+        return slope_px
+    return curve.depth_mm(curve.without_field(rectifier.axis_slopes_px(slope_px)))
 
 
 def _run_all(

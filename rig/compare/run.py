@@ -16,8 +16,9 @@ from rig.devices import Camera
 from rig.errors import ConfigError, StoreError
 from rig.frames import MultiView
 from rig.profile import Profile
+from rig.rectified import Rectifier
 from rig.report.extra import report_extra
-from rig.sweep.conclude import stored_profile
+from rig.sweep.conclude import stored_profile, stored_rectifier
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +36,7 @@ class CompareRequest:
 
 
 def compare_methods(
-    profile: Profile,
+    rectifier: Rectifier,
     request: CompareRequest,
     camera: Camera,
     store: Store,
@@ -44,7 +45,7 @@ def compare_methods(
     """Run all methods on the camera's frames and on those of a sweep; write page and numbers.
 
     Args:
-        profile: the rig.
+        rectifier: of the rig.
         request: on what.
         camera: open.
         store: where the sweep is.
@@ -56,6 +57,7 @@ def compare_methods(
         SlopeError: no frames came, they hold no stereo pair, or they give no slopes.
         StoreError: no such sweep, frames of it are missing, or the folder cannot be written.
     """
+    profile = rectifier.profile
     _make_folder(request.folder)
     curve_id, curve = (None, None) if request.curve is None else request.curve
     sweep_id = request.sweep_id
@@ -63,13 +65,15 @@ def compare_methods(
         sweep_id = store.curve(curve_id).sweep_id
     if sweep_id is not None:
         _require_same_rig(profile, store, sweep_id)
+    if sweep_id is not None and curve_id is not None:
+        _require_same_calibration(store, sweep_id, curve_id)
     multiviews = itertools.islice(_in_time(camera, profile.camera.max_skew_s), request.frames)
     comparison = Comparison(
         profile=profile,
         curve_id=curve_id,
         sweep_id=sweep_id,
-        frames=compare_frames(profile, multiviews, curve),
-        distances=_distances(profile, curve, store, sweep_id, show_progress),
+        frames=compare_frames(rectifier, multiviews, curve),
+        distances=_distances(curve, store, sweep_id, show_progress),
         folder=request.folder,
     )
     _write(comparison)
@@ -81,7 +85,6 @@ def _in_time(camera: Camera, max_skew_s: float) -> Iterator[MultiView]:
 
 
 def _distances(
-    profile: Profile,
     curve: Curve | None,
     store: Store,
     sweep_id: int | None,
@@ -90,7 +93,8 @@ def _distances(
     if curve is None or sweep_id is None:
         return ()
     samples, measurements = store.samples(sweep_id), store.measurements(sweep_id)
-    return compare_distances(profile, curve, samples, measurements, store.load, show_progress)
+    rectifier = stored_rectifier(store, store.sweep(sweep_id))
+    return compare_distances(rectifier, curve, samples, measurements, store.load, show_progress)
 
 
 def _require_same_rig(profile: Profile, store: Store, sweep_id: int) -> None:
@@ -101,6 +105,20 @@ def _require_same_rig(profile: Profile, store: Store, sweep_id: int) -> None:
         raise ConfigError(
             f"asked to compare {profile.name} on sweep {sweep_id} of rig {taken.name}: {what} "
             "differs from what the sweep was taken with; choose another one with --sweep"
+        )
+
+
+def _require_same_calibration(store: Store, sweep_id: int, curve_id: int) -> None:
+    """Refuse slopes of a sweep that were measured otherwise than those of the curve."""
+    of_sweep, of_curve = (
+        store.sweep(sweep_id).calibration_id,
+        store.curve(curve_id).calibration_id,
+    )
+    if of_sweep != of_curve:
+        raise ConfigError(
+            f"asked to compare by curve {curve_id} of calibration {of_curve or 'none'} on sweep "
+            f"{sweep_id}, measured with calibration {of_sweep or 'none'}; run `rig fit {sweep_id} "
+            f"--calibration {of_curve or 'none'}`, or choose another sweep"
         )
 
 

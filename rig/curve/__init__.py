@@ -1,6 +1,8 @@
 """The depth-slope curve: from the stops of a sweep to depth in mm with its sigma."""
 
 from rig.curve.curve import Curve
+from rig.curve.field import FieldTerm
+from rig.curve.field_fit import BoardTilt, FieldFit, fit_field
 from rig.curve.fit import ALL_MODELS, Candidate, CurveFit, Rejected, fit_curve
 from rig.curve.holdout import DepthError, Headline, HoldoutError, depth_errors, headline
 from rig.curve.law import Law, ModelName
@@ -12,11 +14,14 @@ from rig.curve.screening import BadStop
 __all__ = [
     "ALL_MODELS",
     "BadStop",
+    "BoardTilt",
     "Candidate",
     "Curve",
     "CurveFit",
     "CurvePoint",
     "DepthError",
+    "FieldFit",
+    "FieldTerm",
     "Headline",
     "HoldoutError",
     "Law",
@@ -26,5 +31,6 @@ __all__ = [
     "Residual",
     "depth_errors",
     "fit_curve",
+    "fit_field",
     "headline",
 ]

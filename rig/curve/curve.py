@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.curve.field import FieldTerm
 from rig.curve.law import Floats, Law, ModelName
 from rig.curve.least_squares import FittedLaw
 from rig.curve.physical import Physical, PhysicalCurved
@@ -39,6 +40,8 @@ class Curve:
     """Nearest and farthest distance of the fit."""
     scatter_px: float
     """Standard deviation of a stop's slope beyond what its samples show."""
+    field: FieldTerm | None = None
+    """What a slope changes over the picture; None where the sweep shows nothing."""
 
     def __post_init__(self) -> None:
         near_mm, far_mm = self.valid_mm
@@ -124,6 +127,16 @@ class Curve:
         variance_px2 = sigma_px**2 + self._curve_sigma_px.at(inside_px) ** 2
         return np.sqrt(variance_px2) * -self.law.depth_per_slope(inside_px)
 
+    def without_field(self, slope_px: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Slopes (H, W) of the reference view with the field term taken out of them.
+
+        Every other method is about such slopes.
+        """
+        if self.field is None:
+            return slope_px
+        added_px, _ = self.field.maps((slope_px.shape[0], slope_px.shape[1]))
+        return slope_px - added_px
+
     def slope_px(self, distance_mm: NDArray[np.float64]) -> NDArray[np.float64]:
         """Slope at distances of any shape; NaN outside `valid_mm`."""
         near_mm, far_mm = self.valid_mm
@@ -144,6 +157,7 @@ class Curve:
             "covariance": [list(row) for row in self.covariance],
             "valid_mm": list(self.valid_mm),
             "scatter_px": self.scatter_px,
+            **({} if self.field is None else {"field": self.field.to_json()}),
         }
 
     @classmethod
@@ -153,7 +167,7 @@ class Curve:
         Raises:
             CurveError: unknown or missing names, other types, or numbers that make no curve.
         """
-        if sorted(content) != sorted(FIELDS):
+        if sorted(set(content) - {"field"}) != sorted(FIELDS):
             raise CurveError(
                 f"a stored curve has the fields {sorted(map(str, content))}, expected "
                 f"{sorted(FIELDS)}; it was written by another version: run rig fit on its sweep"
@@ -166,7 +180,11 @@ class Curve:
             law = kinds[content["model"]].from_params(params)
             covariance = tuple(tuple(map(_number, row)) for row in content["covariance"])
             near_mm, far_mm = map(_number, content["valid_mm"])
-            return cls(law, covariance, (near_mm, far_mm), _number(content["scatter_px"]))
+            scatter_px = _number(content["scatter_px"])
+            field = None if "field" not in content else FieldTerm.from_json(content["field"])
+            return cls(law, covariance, (near_mm, far_mm), scatter_px, field)
+        except CurveError:
+            raise
         except (TypeError, ValueError, AttributeError, OverflowError) as error:
             raise CurveError(
                 f"a stored {content['model']} curve is ill-formed ({error}); "

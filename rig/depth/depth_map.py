@@ -28,7 +28,7 @@ def depth_from_slopes(slopes: SlopeMap, curve: Curve, *, max_sigma_pct: float) -
     """Turn every slope into a depth where the curve holds and the slope is known well enough.
 
     Args:
-        slopes: Of one multi-view: (H, W).
+        slopes: Of one multi-view: (H, W), as on the reference camera's optical axis.
         curve: Of the same rig.
         max_sigma_pct: Largest 1 sigma of a depth, per cent of it. Above it the estimator itself
             says that the images do not tell the depth there.
@@ -37,8 +37,13 @@ def depth_from_slopes(slopes: SlopeMap, curve: Curve, *, max_sigma_pct: float) -
         A map of the same size. Nothing is extrapolated: a slope outside `curve.domain_px`, or with
         a larger sigma than allowed, becomes NaN with label 0.
     """
-    depth_mm = curve.depth_mm(slopes.slope_px)
-    sigma_mm = curve.depth_sigma_mm(slopes.slope_px, slopes.sigma_px)
+    slope_px, sigma_px = curve.without_field(slopes.slope_px), slopes.sigma_px
+    if curve.field is not None:
+        height, width = slope_px.shape
+        _, variance = curve.field.maps((height, width))
+        sigma_px = np.sqrt(sigma_px**2 + variance)
+    depth_mm = curve.depth_mm(slope_px)
+    sigma_mm = curve.depth_sigma_mm(slope_px, sigma_px)
     with np.errstate(invalid="ignore"):
         known = 100.0 * sigma_mm <= max_sigma_pct * depth_mm
     depth_mm = np.where(known, depth_mm, np.nan)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rig.epipolar.board_lines import BoardLines, BoardViews, Paths
 from rig.epipolar.board_slope import BoardSlope
-from rig.epipolar.corner_tracks import CornerPlane, fit_corner_tracks
+from rig.epipolar.corner_tracks import CornerPlane, epipolar_errors, fit_corner_tracks
 from rig.epipolar.misalignment import fit_misalignment
 from rig.epipolar.spline import spline_coefficients
 from rig.errors import SlopeError, TargetError
@@ -85,6 +85,8 @@ def fit_board_slope(
         corner_slope_px=float(tracks.plane[0]),
         corner_sigma_px=tracks.sigma_px,
         track_residual_px=tracks.residual_px,
+        epipolar_px=epipolar_errors(xy_px, x_steps, y_steps, reference),
+        corners_px=xy_px[reference],
         residual=fit.residual,
         edge_pixels=paths.pixels.shape[1],
         side_px=board.side_px,

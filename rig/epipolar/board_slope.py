@@ -42,6 +42,11 @@ class BoardSlope:
     """Median side of a square in the reference view."""
     period_px: float
     """Least change of slope, px per step, that lays the pattern onto itself in some pair."""
+    epipolar_px: tuple[float, float, float]
+    """Distance of the corners of all other views from the epipolar lines of the reference view's
+    corners: mean, 95th percentile and largest."""
+    corners_px: Float
+    """(rows, columns, 2) in the reference view."""
     outline_px: Float
     """(4, 2) polygon in the reference view within which edges belong to the board."""
     views: tuple[int, ...]

@@ -53,3 +53,29 @@ def fit_corner_tracks(
         float(np.sqrt(covariance[0, 0])),
         float(np.sqrt((residual**2).sum() / max(freedom, 1))),
     )
+
+
+def epipolar_errors(
+    xy_px: Sequence[Float], x_steps: Float, y_steps: Float, reference: int
+) -> tuple[float, float, float]:
+    """How far corners lie from the epipolar lines of the reference view's corners.
+
+    Args:
+        xy_px: Per view (rows, columns, 2) corners, in one order.
+        x_steps: (V,) view positions.
+        y_steps: (V,).
+        reference: Index of the view at (0, 0).
+
+    Returns:
+        Mean, 95th percentile and largest distance over all other views, px.
+    """
+    here = np.asarray(xy_px[reference], np.float64).reshape(-1, 2)
+    distances: list[Float] = []
+    for view, xy in enumerate(xy_px):
+        length = float(np.hypot(x_steps[view], y_steps[view]))
+        if length > 0.0:
+            moved = np.asarray(xy, np.float64).reshape(-1, 2) - here
+            across = moved[:, 1] * x_steps[view] - moved[:, 0] * y_steps[view]
+            distances.append(np.abs(across) / length)
+    every = np.concatenate(distances)
+    return float(every.mean()), float(np.percentile(every, 95)), float(every.max())

@@ -10,6 +10,7 @@ which is what moves an edge, is good to one order more than that of a Catmull-Ro
 smooth joints nobody needs here.
 """
 
+import threading
 from collections.abc import Sequence
 
 import numpy as np
@@ -25,9 +26,7 @@ _PAD = 2
 
 
 class Resampler:
-    """Resamples the pictures of one rig, again and again.
-
-    Not to be entered by two threads at once: the padded picture is kept between calls.
+    """Resamples the pictures of one rig, again and again, without new memory but for the result.
 
     Args:
         raw_px: per view (H, W, 2) raw pixel (x, y) of every rectified pixel; NaN for none.
@@ -36,6 +35,7 @@ class Resampler:
 
     def __init__(self, raw_px: Sequence[Float], raw_shapes: Sequence[tuple[int, int]]) -> None:
         self._shapes = tuple(raw_shapes)
+        self._one_at_a_time = threading.Lock()
         height, width = raw_px[0].shape[:2]
         views = len(raw_px)
         self.valid = np.empty((views, height, width), np.bool_)
@@ -68,9 +68,6 @@ class Resampler:
                 f"{_sizes(self._shapes)} px; calibrate at the size that is captured"
             )
         views, (height, width) = len(self._shapes), self._size
-        for padded, image in zip(self._padded, images, strict=True):
-            padded[_PAD:-_PAD, _PAD:-_PAD] = image
-            _repeat_border(padded)
         out = np.empty((views, height, width), np.float32)
 
         def work(start: int, stop: int) -> None:
@@ -81,7 +78,11 @@ class Resampler:
                     self._x[view], self._y[view], start, stop, out[view],
                 )  # fmt: skip
 
-        run_in_bands(work, height)
+        with self._one_at_a_time:
+            for padded, image in zip(self._padded, images, strict=True):
+                padded[_PAD:-_PAD, _PAD:-_PAD] = image
+                _repeat_border(padded)
+            run_in_bands(work, height)
         return out
 
     def _place(self, view: int, places: Float, shape: tuple[int, int]) -> None:

@@ -29,6 +29,8 @@ Float = NDArray[np.float64]
 _FLAT = 0.1
 """Spread of the optical centres across their longest direction, as a share of that, below which
 they are one line: the plane through them can turn about it, and is left as the reference has it."""
+_NEAR_AXIS_RAD = 0.1
+"""A view within this angle of the horizontal or the vertical belongs to the row or the column."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +151,18 @@ class Rectification:
         m0 = self.infinity_px
         return (slope_px + m0) / self.depth_ratio(reference_px) - m0
 
+    def camera_json(self) -> dict[str, object]:
+        """Return what a reader of maps needs to turn pixels into rays of the reference camera."""
+        camera = self.camera
+        return {
+            "width_px": camera.width_px,
+            "height_px": camera.height_px,
+            "focal_px": camera.fx_px,
+            "principal_point_px": [camera.cx_px, camera.cy_px],
+            "common_from_reference": self.common_from_reference.tolist(),
+            "depth": "along +z of the reference camera, from its optical centre, mm",
+        }
+
     def _focal_px(self, view: int) -> float:
         """Scaled so that a view before the plane agrees with the others at the focus distance."""
         return self.camera.fx_px * (1.0 - self.infinity_px * float(self.z_steps[view]))
@@ -184,7 +198,7 @@ def rectify(geometry: RigGeometry, pitch_mm: float) -> Rectification:
         ConfigError: all views stand at one place.
     """
     centres_mm = geometry.centres_mm()
-    common_from_reference = _facing(_normal(centres_mm))
+    common_from_reference = _upright(_facing(_normal(centres_mm)), centres_mm)
     places_mm = centres_mm @ common_from_reference.T
     if float(np.hypot(places_mm[:, 0], places_mm[:, 1]).max()) < 1e-6 * pitch_mm:
         raise ConfigError(
@@ -231,6 +245,22 @@ def _facing(normal: Float) -> Float:
         return np.eye(3)
     angle_rad = float(np.arctan2(sine, normal[2]))
     return Pose.from_vectors(axis / sine * angle_rad, np.zeros(3)).rotation
+
+
+def _upright(facing: Float, centres_mm: Float) -> Float:
+    """(3, 3) the frame turned about its own z, so that rows and columns of views lie along x and y.
+
+    Matchers need that, and estimators are quicker for it. Views far from both axes have no say.
+    """
+    x, y = (centres_mm @ facing.T)[:, :2].T
+    across = np.arctan2(y * np.sign(x), np.abs(x))
+    down = -np.arctan2(x * np.sign(y), np.abs(y))
+    turn_rad = np.where(np.abs(x) >= np.abs(y), across, down)
+    weight = np.where(np.abs(turn_rad) < _NEAR_AXIS_RAD, x * x + y * y, 0.0)
+    if not weight.sum() > 0.0:
+        return facing
+    back_rad = -float(weight @ turn_rad / weight.sum())
+    return Pose.from_vectors(np.array([0.0, 0.0, back_rad]), np.zeros(3)).rotation @ facing
 
 
 def _principal_points(

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from rig.epipolar import Label, SlopePrior, estimate_slopes
 from rig.profile import Profile
-from rig.rectified import rectified_views
 from rig.report.evidence import Picture
 
 PRIOR_SIGMA_PX = 0.1
@@ -23,7 +22,8 @@ OUTER_SHARE = 0.35
 """Part of a square around the fitted outline that still belongs to the board: its outer edges."""
 MARGIN = 0.15
 """Shown on either side of the board, as a part of its width."""
-ON_AXIS_STEPS = 1e-9
+NEAR_AXIS = 0.1
+"""Part of its distance from the reference that a view of the row may lie beside the row."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ def board_epis(profile: Profile, picture: Picture) -> tuple[Epi, ...]:
     On the board slopes come from the plane that was fitted to it, beside it from the dense
     estimator, which also labels occlusions. An image of one view only is left out.
     """
-    views = rectified_views(profile, picture.images)
+    views = picture.views
     inside, plane_px = _board(picture, views.shape)
     hypothesis_px = np.where(inside, plane_px, np.nan).astype(np.float32)
     prior = SlopePrior(hypothesis_px, np.full(views.shape, PRIOR_SIGMA_PX, np.float32))
@@ -85,7 +85,8 @@ def board_epis(profile: Profile, picture: Picture) -> tuple[Epi, ...]:
 
     images = views.images.astype(np.float32)
     x, y = views.x_steps, views.y_steps
-    in_row, in_column = np.abs(y) < ON_AXIS_STEPS, np.abs(x) < ON_AXIS_STEPS
+    room = NEAR_AXIS * np.hypot(x, y)
+    in_row, in_column = np.abs(y) <= room, np.abs(x) <= room
     across, down = picture.centre_px
     row = _Scene(images[in_row], x[in_row], slope_px, label, inside, down)
     column = _Scene(

@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from rig.curve import Curve
 from rig.database import Measurement, Sample, SampleKey, Store, StoredCurve, Sweep
+from rig.epipolar import RectifiedViews
 from rig.frames import GreyImage
 from rig.profile import Profile
-from rig.sweep.conclude import SweepResult, stored_profile
+from rig.rectified import Rectifier
+from rig.sweep.conclude import SweepResult, stored_profile, stored_rectifier
 from rig.sweep.measure import CORNERS, OUTLINE
 
 MOST_FAILURES_SHOWN = 3
@@ -23,7 +25,9 @@ class Picture:
 
     sample: Sample
     images: GreyImage
-    """(V, H, W) in the order of the profile's views."""
+    """(V, H, W) rectified, in the order of the profile's views."""
+    views: RectifiedViews
+    """The same for estimators."""
     centre_px: tuple[float, float]
     plane: tuple[float, float, float]
     """Slope m = a + b (u - u0) + c (v - v0) about `centre_px`."""
@@ -76,6 +80,7 @@ def gather(store: Store, result: SweepResult) -> Evidence:
     profile = stored_profile(sweep)
     samples = store.samples(sweep.id)
     measurements = store.measurements(sweep.id)
+    rectifier = stored_rectifier(store, sweep)
     shown = _shown(samples, measurements, result.fit.best)
     return Evidence(
         sweep=sweep,
@@ -84,7 +89,9 @@ def gather(store: Store, result: SweepResult) -> Evidence:
         stored_curve=store.curve(result.curve_id),
         samples=samples,
         measurements=measurements,
-        pictures=tuple(_picture(store, sample, measurements[sample.key]) for sample in shown),
+        pictures=tuple(
+            _picture(rectifier, store, sample, measurements[sample.key]) for sample in shown
+        ),
         failures=_failures(store, profile, samples, measurements),
         frames_root=sweep.folder.relative_to(store.frames).as_posix(),
     )
@@ -109,10 +116,14 @@ def _is_found(measurement: Measurement) -> bool:
     return measurement.failure is None and all(places)
 
 
-def _picture(store: Store, sample: Sample, measurement: Measurement) -> Picture:
+def _picture(
+    rectifier: Rectifier, store: Store, sample: Sample, measurement: Measurement
+) -> Picture:
+    images = store.load(sample).stack()
     return Picture(
         sample=sample,
-        images=store.load(sample).stack(),
+        images=rectifier.pictures(images),
+        views=rectifier.views(images),
         centre_px=cast("tuple[float, float]", measurement.centre_px),
         plane=cast("tuple[float, float, float]", measurement.plane),
         corners_px=np.asarray(measurement.details[CORNERS], np.float64),

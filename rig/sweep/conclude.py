@@ -1,15 +1,19 @@
 """The end of a sweep: curve, held-out error and gates, from what is stored and nothing else."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
+from rig.calibrations import calibration_of
 from rig.curve import CurveFit, Headline, fit_curve, headline
 from rig.database import Store, Sweep, software_versions
 from rig.errors import CurveError
 from rig.profile import Profile
 from rig.profile.load import parse_profile
+from rig.rectified import Rectifier, rectifier_of
+from rig.sweep.alignment import Alignment, board_field, measure_alignment
+from rig.sweep.calibration_use import CalibrationUse, calibration_use
 from rig.sweep.gates import Gate, quality_gates
-from rig.sweep.points import StopResult, stop_results
+from rig.sweep.points import StopResult, stop_results, without_field
 from rig.sweep.request import sweep_setup
 from rig.sweep.take import SweepTimes
 
@@ -29,6 +33,9 @@ class SweepResult:
     curve_id: int
     headline: Headline
     gates: tuple[Gate, ...]
+    alignment: Alignment
+    calibration: CalibrationUse | None
+    """None where pictures and stage positions were taken as they are."""
     times: SweepTimes | None
     """None where the slopes were computed again from stored frames."""
 
@@ -54,6 +61,9 @@ class SweepResult:
             },
             "holdout": _holdout(self.fit) or None,
             "failed_gates": list(self.failed_gates),
+            "alignment": self.alignment.as_dict(),
+            "epipolar_px": _epipolar(self.stops),
+            "calibration": None if self.calibration is None else self.calibration.as_dict(),
             "times": None if self.times is None else asdict(self.times),
         }
 
@@ -70,6 +80,14 @@ class SweepResult:
         if curve.focus_mm is not None and curve.focus_sigma_mm is not None:
             focus = f"{curve.focus_mm:.2f} +- {2.0 * curve.focus_sigma_mm:.2f} mm (k=2)"
         lines.append(f"curve {self.curve_id}: {curve.model}, focus distance {focus}")
+        if self.calibration is not None:
+            lines += self.calibration.lines()
+        if (errors := _epipolar(self.stops)) is not None:
+            lines.append(
+                f"epipolar error: mean {errors['mean']:.3f} px, 95th percentile "
+                f"{errors['p95']:.3f} px, largest {errors['max']:.3f} px"
+            )
+        lines += self.alignment.lines()
         lines += [f"note: {warning}" for warning in self.fit.warnings]
         if self.times is not None:
             lines.append(self.times.line())
@@ -87,7 +105,8 @@ def conclude_sweep(store: Store, sweep_id: int, times: SweepTimes | None = None)
         CurveError: too few stops gave a slope, or they contradict each other.
         StoreError: the database cannot be read or written.
     """
-    stops, fit = _fit(store, sweep_id)
+    evidence = _fit(store, sweep_id)
+    stops, fit = evidence.stops, evidence.fit
     gates = quality_gates(stored_profile(store.sweep(sweep_id)), fit.holdout, stops)
     curve_id = store.save_curve(
         sweep_id,
@@ -96,7 +115,7 @@ def conclude_sweep(store: Store, sweep_id: int, times: SweepTimes | None = None)
         versions=software_versions(),
         active=not _failures(gates, stops),
     )
-    return _result(store, sweep_id, stops, fit, curve_id, times)
+    return _result(store, sweep_id, evidence, curve_id, times)
 
 
 def stored_conclusion(store: Store, sweep_id: int) -> SweepResult:
@@ -106,39 +125,60 @@ def stored_conclusion(store: Store, sweep_id: int) -> SweepResult:
         CurveError: the sweep has no curve.
         StoreError: no such sweep.
     """
-    stops, fit = _fit(store, sweep_id)
+    evidence = _fit(store, sweep_id)
     curve_ids = [row.curve_id for row in store.sweeps() if row.id == sweep_id]
     if not curve_ids or curve_ids[0] is None:
         raise CurveError(f"sweep {sweep_id} has no curve yet; run `rig fit {sweep_id}`")
-    return _result(store, sweep_id, stops, fit, curve_ids[0], None)
+    return _result(store, sweep_id, evidence, curve_ids[0], None)
 
 
-def _fit(store: Store, sweep_id: int) -> tuple[tuple[StopResult, ...], CurveFit]:
-    profile = stored_profile(store.sweep(sweep_id))
+@dataclass(frozen=True, slots=True)
+class _Evidence:
+    stops: tuple[StopResult, ...]
+    fit: CurveFit
+    alignment: Alignment
+    calibration: CalibrationUse | None
+
+
+def _fit(store: Store, sweep_id: int) -> _Evidence:
+    sweep = store.sweep(sweep_id)
+    profile = stored_profile(sweep)
+    rectifier = stored_rectifier(store, sweep)
     stops = stop_results(
         store.samples(sweep_id),
         store.measurements(sweep_id),
         max_motion_px=sweep_setup(profile).config.max_motion_px,
+        rectifier=rectifier,
     )
+    field = board_field(stops, rectifier)
+    term = None if field is None else field.term
+    if term is not None:
+        stops = without_field(stops, term)
     try:
-        return stops, fit_curve([stop.point for stop in stops if stop.point is not None])
+        fit = fit_curve([stop.point for stop in stops if stop.point is not None])
     except CurveError as error:
         problems = [stop.problem for stop in stops if stop.problem is not None]
         because = f"; {problems[0]}" if problems else ""
         raise CurveError(
             f"sweep {sweep_id} is stored, but has no curve: {error}{because}"
         ) from error
+    # The slope law of a pinhole is f p / Z: its numerator tells the focal length.
+    a_px_mm = fit.best.params.get("a_px_mm")
+    focal_px = None if a_px_mm is None else a_px_mm / profile.pitch_mm
+    alignment = measure_alignment(stops, rectifier, field, focal_px)
+    fit = replace(fit, best=replace(fit.best, field=term))
+    return _Evidence(stops, fit, alignment, calibration_use(stops, rectifier))
 
 
 def _result(
     store: Store,
     sweep_id: int,
-    stops: tuple[StopResult, ...],
-    fit: CurveFit,
+    evidence: _Evidence,
     curve_id: int,
     times: SweepTimes | None,
 ) -> SweepResult:
     sweep = store.sweep(sweep_id)
+    stops, fit = evidence.stops, evidence.fit
     return SweepResult(
         sweep_id=sweep_id,
         rig=sweep.rig,
@@ -149,6 +189,8 @@ def _result(
         curve_id=curve_id,
         headline=headline(fit.best, fit.holdout),
         gates=quality_gates(stored_profile(sweep), fit.holdout, stops),
+        alignment=evidence.alignment,
+        calibration=evidence.calibration,
         times=times,
     )
 
@@ -160,6 +202,16 @@ def stored_profile(sweep: Sweep) -> Profile:
         ConfigError: it was written by a version with other keys.
     """
     return parse_profile(dict(sweep.profile), source=f"profile stored with sweep {sweep.id}")
+
+
+def stored_rectifier(store: Store, sweep: Sweep) -> Rectifier:
+    """Return what the samples of a sweep are measured with.
+
+    Raises:
+        ConfigError: profile or calibration were written by another version.
+        StoreError: the calibration cannot be read.
+    """
+    return rectifier_of(stored_profile(sweep), calibration_of(store, sweep.calibration_id))
 
 
 def _holdout(fit: CurveFit) -> dict[str, object]:
@@ -177,3 +229,15 @@ def _holdout(fit: CurveFit) -> dict[str, object]:
 def _failures(gates: tuple[Gate, ...], stops: tuple[StopResult, ...]) -> tuple[str, ...]:
     missed = (str(gate) for gate in gates if not gate.passed)
     return (*missed, *(stop.problem for stop in stops if stop.problem is not None))
+
+
+def _epipolar(stops: tuple[StopResult, ...]) -> dict[str, float] | None:
+    """Mean of all stops, their largest 95th percentile, and the largest of all."""
+    found = [stop.epipolar_px for stop in stops if stop.epipolar_px is not None]
+    if not found:
+        return None
+    return {
+        "mean": sum(mean for mean, _, _ in found) / len(found),
+        "p95": max(p95 for _, p95, _ in found),
+        "max": max(largest for _, _, largest in found),
+    }

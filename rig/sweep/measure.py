@@ -12,18 +12,23 @@ from rig.errors import SlopeError, TargetError
 from rig.frames import GreyImage
 from rig.geometry.corners import Corners
 from rig.geometry.targets import Target, full_corners
-from rig.profile import Profile
-from rig.rectified import rectified_views
+from rig.rectified import Rectifier
 from rig.sweep.request import sweep_setup
 from rig.target import target_of
 
 TRACK_RESIDUAL = "track_residual_px"
 """Detail of a measurement: rms distance of the corners from their epipolar lines."""
 CORNERS, OUTLINE = "corners_px", "outline_px"
-"""Details of a measurement, in the reference view: corners (rows, columns, 2), outline (4, 2)."""
+"""Details of a measurement, in the rectified reference view: corners (rows, columns, 2), outline
+(4, 2)."""
+EPIPOLAR = "epipolar_px"
+"""Detail of a measurement: mean, 95th percentile and largest distance of a corner from the epipolar
+line of the reference view's corner."""
+PLANE_SIGMA = "plane_sigma"
+"""Detail of a measurement: 1 sigma of `Measurement.plane`."""
 
 
-def measure_sample(profile: Profile, images: GreyImage) -> Measurement:
+def measure_sample(rectifier: Rectifier, images: GreyImage) -> Measurement:
     """Measure the slope of the board in one multi-view, in all three ways.
 
     The corners give the unambiguous start, the joint line fit the slope, and the estimator that
@@ -31,23 +36,22 @@ def measure_sample(profile: Profile, images: GreyImage) -> Measurement:
     numbers to the last digit.
 
     Args:
-        profile: the rig, with a target.
+        rectifier: of the rig, whose profile has a target.
         images: (V, H, W) in the order of the profile's views.
 
     Returns:
         Slopes at the centre of the board; or why there are none.
     """
+    profile = rectifier.profile
     board = target_of(sweep_setup(profile).target)
     try:
-        views = rectified_views(profile, images)
         corners = [_corners_or_reason(image, board) for image in images]
-        slope = fit_board_slope(views, corners)
+        slope = fit_board_slope(rectifier.board_views(images), corners)
     except TargetError as error:
         return Measurement(failure=Failure(error.reason, str(error)))
     except SlopeError as error:
         return Measurement(failure=Failure("no-slope", str(error)))
-    reference = corners[profile.reference]
-    dense = _dense_slope(views, profile, slope)
+    dense = _dense_slope(rectifier.views(images), profile.slopes.range_px, slope)
     return Measurement(
         slope_px=slope.slope_px,
         sigma_px=slope.sigma_px,
@@ -62,7 +66,9 @@ def measure_sample(profile: Profile, images: GreyImage) -> Measurement:
             "residual_levels": slope.residual,
             TRACK_RESIDUAL: slope.track_residual_px,
             "views": [profile.views[index].name for index in slope.views],
-            CORNERS: reference.xy_px.tolist() if isinstance(reference, Corners) else [],
+            EPIPOLAR: list(slope.epipolar_px),
+            PLANE_SIGMA: np.sqrt(np.diag(slope.plane_covariance)).tolist(),
+            CORNERS: slope.corners_px.tolist(),
             OUTLINE: slope.outline_px.tolist(),
         },
     )
@@ -78,13 +84,13 @@ def _corners_or_reason(
 
 
 def _dense_slope(
-    views: RectifiedViews, profile: Profile, slope: BoardSlope
+    views: RectifiedViews, slope_range_px: tuple[float, float], slope: BoardSlope
 ) -> DenseBoardSlope | None:
     """Return the slope that captures would see, None where they would see none.
 
     The curve does not need it; the report shows a gap.
     """
     try:
-        return measure_dense(views, profile.slopes.range_px, slope)
+        return measure_dense(views, slope_range_px, slope)
     except SlopeError:
         return None

@@ -2,14 +2,15 @@
 
 import statistics
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rig.curve import CurvePoint
+from rig.curve import CurvePoint, FieldTerm
 from rig.database import Measurement, Sample, SampleKey
 from rig.plan import Stop
-from rig.sweep.measure import CORNERS, TRACK_RESIDUAL
+from rig.rectified import Rectifier
+from rig.sweep.measure import CORNERS, EPIPOLAR, PLANE_SIGMA, TRACK_RESIDUAL
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +28,14 @@ class StopResult:
     """Mean over the samples of the rms distance of the corners from their epipolar lines."""
     motion_px: float | None
     """Corner motion between the first and the last sample, rms."""
+    epipolar_px: tuple[float, float, float] | None
+    """Distance of the corners from the epipolar lines: mean, 95th percentile, largest."""
+    centre_px: tuple[float, float] | None
+    """Mean place of the board's centre in the rectified reference view."""
+    tilt: tuple[float, float] | None
+    """Mean change of the slope over the board, per px right and down."""
+    tilt_sigma: tuple[float, float] | None
+    """1 sigma of `tilt` from the images' noise."""
     problem: str | None
     """Why there is no point, in words."""
 
@@ -36,6 +45,7 @@ def stop_results(
     measurements: Mapping[SampleKey, Measurement],
     *,
     max_motion_px: float,
+    rectifier: Rectifier,
 ) -> tuple[StopResult, ...]:
     """Average the samples of every stop that has any, in the order of the plan.
 
@@ -46,18 +56,23 @@ def stop_results(
         samples: all samples of the sweep.
         measurements: by stop and sample number.
         max_motion_px: largest corner motion of a board at rest.
+        rectifier: what the samples were measured with. All slopes are told as on the reference
+            camera's optical axis, and distances by the calibrated stage where there is one.
     """
     stops: dict[int, list[Sample]] = {}
     for sample in samples:
         stops.setdefault(sample.stop.index, []).append(sample)
     return tuple(
-        _stop_result(group, [measurements.get(s.key) for s in group], max_motion_px)
+        _stop_result(group, [measurements.get(s.key) for s in group], max_motion_px, rectifier)
         for _, group in sorted(stops.items())
     )
 
 
 def _stop_result(
-    samples: Sequence[Sample], measured: Sequence[Measurement | None], max_motion_px: float
+    samples: Sequence[Sample],
+    measured: Sequence[Measurement | None],
+    max_motion_px: float,
+    rectifier: Rectifier,
 ) -> StopResult:
     stop = samples[0].stop
     good = [m for m in measured if m is not None and m.slope_px is not None]
@@ -65,23 +80,97 @@ def _stop_result(
     problem = _problem(stop, measured, motion_px, max_motion_px)
     return StopResult(
         stop=stop,
-        point=None if problem else _point(samples, good),
-        corner_slope_px=_mean([m.corner_slope_px for m in good]),
-        dense_slope_px=_mean([m.dense_slope_px for m in good]),
+        point=None if problem else _point(samples, good, rectifier),
+        corner_slope_px=_mean([_on_axis(m, m.corner_slope_px, rectifier) for m in good]),
+        dense_slope_px=_mean([_on_axis(m, m.dense_slope_px, rectifier) for m in good]),
         track_residual_px=_mean([_number(m.details.get(TRACK_RESIDUAL)) for m in good]),
         motion_px=motion_px,
+        epipolar_px=_epipolar(good),
+        centre_px=_mean_pair([m.centre_px for m in good]),
+        tilt=_mean_pair([_tilt(m, rectifier) for m in good]),
+        tilt_sigma=_tilt_sigma(good),
         problem=problem,
     )
 
 
-def _point(samples: Sequence[Sample], measured: Sequence[Measurement]) -> CurvePoint:
-    slopes_px = [m.slope_px for m in measured if m.slope_px is not None]
+def without_field(stops: Sequence[StopResult], term: FieldTerm) -> tuple[StopResult, ...]:
+    """Take the field term of a curve out of the slopes of all stops."""
+    return tuple(_without_field(stop, term) for stop in stops)
+
+
+def _without_field(stop: StopResult, term: FieldTerm) -> StopResult:
+    if stop.point is None or stop.centre_px is None:
+        return stop
+    added_px = term.slope_px(*stop.centre_px)
+
+    def less(slope_px: float | None) -> float | None:
+        return None if slope_px is None else slope_px - added_px
+
+    return replace(
+        stop,
+        point=replace(stop.point, slope_px=stop.point.slope_px - added_px),
+        corner_slope_px=less(stop.corner_slope_px),
+        dense_slope_px=less(stop.dense_slope_px),
+    )
+
+
+def axis_slopes_px(measured: Sequence[Measurement], rectifier: Rectifier) -> list[float]:
+    """Slopes of those measurements that have one, as on the reference camera's optical axis."""
+    slopes_px = [_on_axis(m, m.slope_px, rectifier) for m in measured]
+    return [slope_px for slope_px in slopes_px if slope_px is not None]
+
+
+def _on_axis(
+    measurement: Measurement, slope_px: float | None, rectifier: Rectifier
+) -> float | None:
+    if slope_px is None or measurement.plane is None or measurement.centre_px is None:
+        return slope_px
+    _, b, c = measurement.plane
+    return rectifier.axis_plane((slope_px, b, c), measurement.centre_px)[0]
+
+
+def _tilt(measurement: Measurement, rectifier: Rectifier) -> tuple[float, float] | None:
+    if measurement.plane is None or measurement.centre_px is None:
+        return None
+    _, b, c = rectifier.axis_plane(measurement.plane, measurement.centre_px)
+    return b, c
+
+
+def _tilt_sigma(measured: Sequence[Measurement]) -> tuple[float, float] | None:
+    """Of the mean over the samples."""
+    sigmas = [m.details.get(PLANE_SIGMA) for m in measured]
+    known = np.array([sigma for sigma in sigmas if sigma is not None], np.float64)
+    if not known.size:
+        return None
+    _, b, c = (np.sqrt((known**2).sum(axis=0)) / len(known)).tolist()
+    return b, c
+
+
+def _epipolar(measured: Sequence[Measurement]) -> tuple[float, float, float] | None:
+    found = [m.details.get(EPIPOLAR) for m in measured]
+    known = np.array([errors for errors in found if errors is not None], np.float64)
+    if not known.size:
+        return None
+    return float(known[:, 0].mean()), float(known[:, 1].mean()), float(known[:, 2].max())
+
+
+def _mean_pair(pairs: Sequence[tuple[float, float] | None]) -> tuple[float, float] | None:
+    known = [pair for pair in pairs if pair is not None]
+    if not known:
+        return None
+    return statistics.fmean(x for x, _ in known), statistics.fmean(y for _, y in known)
+
+
+def _point(
+    samples: Sequence[Sample], measured: Sequence[Measurement], rectifier: Rectifier
+) -> CurvePoint:
+    slopes_px = axis_slopes_px(measured, rectifier)
     count = len(slopes_px)
     # One sample shows no scatter: its own sigma stands in.
     std_px = statistics.stdev(slopes_px) if count > 1 else measured[0].sigma_px or 0.0
     stop = samples[0].stop
     return CurvePoint(
-        distance_mm=statistics.fmean(sample.reached_mm for sample in samples),
+        distance_mm=statistics.fmean(rectifier.distance_mm(s.reached_mm) for s in samples),
         slope_px=statistics.fmean(slopes_px),
         std_px=std_px,
         sem_px=std_px / count**0.5,

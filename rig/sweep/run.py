@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
+from rig.calibrations import calibration_of, chosen_calibration
 from rig.database import Measurement, SampleKey, Store, software_versions
 from rig.devices import SystemClock
 from rig.errors import ConfigError, RigError, StoreError, TargetError
@@ -12,11 +13,12 @@ from rig.hardware import Hardware
 from rig.interrupts import Interrupts
 from rig.plan import Stop
 from rig.profile import Profile
+from rig.rectified import Rectifier, rectifier_of
 from rig.standstill import stopped
 from rig.sweep.conclude import SweepResult, conclude_sweep, stored_profile
 from rig.sweep.measure import measure_sample
 from rig.sweep.measuring import MeasuringThread
-from rig.sweep.points import StopResult, stop_results
+from rig.sweep.points import StopResult, axis_slopes_px, stop_results
 from rig.sweep.request import SweepRequest, SweepSetup, plan_of, sweep_setup
 from rig.sweep.take import SweepTimes, run_sweep
 
@@ -31,6 +33,7 @@ class SweepJob:
     profile: Profile
     stops: tuple[Stop, ...]
     samples: int
+    rectifier: Rectifier
     sweep_id: int | None = None
     """Of the interrupted sweep that goes on."""
 
@@ -40,19 +43,29 @@ class SweepJob:
         return len(self.stops) * self.samples
 
 
-def new_sweep(profile: Profile, request: SweepRequest) -> SweepJob:
+def new_sweep(
+    store: Store, profile: Profile, request: SweepRequest, calibration: str | None = None
+) -> SweepJob:
     """Plan a sweep from its beginning.
 
+    Args:
+        store: where calibrations are.
+        profile: the rig.
+        request: the wishes of the command line.
+        calibration: number of the calibration to use, `none`, or None for the newest of the rig.
+
     Raises:
-        ConfigError: the profile lacks a part, or the distances make no plan.
+        ConfigError: the profile lacks a part, the distances make no plan, or the calibration is of
+            another rig.
         StageLimitError: a distance lies outside the travel; nothing has moved.
     """
     stops, samples = plan_of(profile, request)
-    return SweepJob(profile, stops, samples)
+    rectifier = rectifier_of(profile, chosen_calibration(store, profile.name, calibration))
+    return SweepJob(profile, stops, samples, rectifier)
 
 
 def resumed_sweep(store: Store, profile: Profile, sweep_id: int | None) -> SweepJob:
-    """Take up an interrupted sweep where it stopped.
+    """Take up an interrupted sweep where it stopped, with the calibration that it began with.
 
     Raises:
         ConfigError: the sweep was taken with another arrangement of the rig.
@@ -67,8 +80,9 @@ def resumed_sweep(store: Store, profile: Profile, sweep_id: int | None) -> Sweep
             f"{profile.name}: {what} differs from what the sweep began with; use the same "
             "profile, or begin a new sweep"
         )
+    rectifier = rectifier_of(profile, calibration_of(store, sweep.calibration_id))
     store.reopen_sweep(sweep.id)
-    return SweepJob(profile, sweep.stops, sweep.samples_per_stop, sweep.id)
+    return SweepJob(profile, sweep.stops, sweep.samples_per_stop, rectifier, sweep.id)
 
 
 def sweep_and_conclude(
@@ -109,21 +123,36 @@ def sweep_and_conclude(
     return conclude_sweep(store, sweep_id, times)
 
 
-def measure_again(store: Store, sweep_id: int, show_progress: ShowProgress) -> SweepResult:
+def measure_again(
+    store: Store, sweep_id: int, show_progress: ShowProgress, calibration: str | None = None
+) -> SweepResult:
     """Compute slopes and curve of a sweep again from its stored frames; no hardware is touched.
 
+    Args:
+        store: where the sweep is.
+        sweep_id: its number.
+        show_progress: told how many samples are done.
+        calibration: number of the calibration to use, `none`, or None for that of the sweep.
+
     Raises:
+        ConfigError: the calibration is of another rig.
         StoreError: no such sweep, or frames are missing.
         CurveError: the slopes make no curve.
     """
     sweep = store.sweep(sweep_id)
     profile = stored_profile(sweep)
+    rectifier = rectifier_of(
+        profile,
+        calibration_of(store, sweep.calibration_id)
+        if calibration is None
+        else chosen_calibration(store, profile.name, calibration),
+    )
     samples = store.samples(sweep_id)
     measured: dict[SampleKey, Measurement] = {}
     for number, sample in enumerate(samples):
-        measured[sample.key] = measure_sample(profile, store.load(sample).stack())
+        measured[sample.key] = measure_sample(rectifier, store.load(sample).stack())
         show_progress(number + 1, f"{sample.stop.distance_mm:.1f} mm")
-    store.save_measurements(sweep_id, measured)
+    store.replace_measurements(sweep_id, measured, calibration_id=rectifier.calibration_id)
     return conclude_sweep(store, sweep_id)
 
 
@@ -138,6 +167,7 @@ def _begin(job: SweepJob, hardware: Hardware, store: Store) -> int:
             "camera": dict(hardware.camera.identity),
             "stage": dict(hardware.stage.identity),
         },
+        calibration_id=job.rectifier.calibration_id,
     )
 
 
@@ -158,7 +188,7 @@ def _take_all(
     times = SweepTimes(is_simulated=not isinstance(hardware.clock, SystemClock))
     count = len(stored)
     begun_s = hardware.clock.now_s()
-    with MeasuringThread(job.profile) as measuring:
+    with MeasuringThread(job.rectifier) as measuring:
         for sample in stored:  # taken before an interruption, but not measured
             if sample.key not in measured:
                 measuring.submit(sample.key, store.load(sample).stack())
@@ -212,6 +242,7 @@ def _measure_old_distance_again(
         store.samples(sweep_id),
         store.measurements(sweep_id),
         max_motion_px=setup.config.max_motion_px,
+        rectifier=job.rectifier,
     )
     finished = [r for r in results if r.point is not None and r.point.samples == job.samples]
     if not finished:
@@ -232,10 +263,10 @@ def _compare(
     hardware.stage.move_to(old.stop.distance_mm, setup.config.move_timeout_s)
     hardware.clock.sleep_s(setup.config.settle_s)
     again = [
-        measure_sample(job.profile, hardware.camera.grab(job.profile.camera.timeout_s).stack())
+        measure_sample(job.rectifier, hardware.camera.grab(job.profile.camera.timeout_s).stack())
         for _ in range(job.samples)
     ]
-    slopes_px = _slopes_px(again)
+    slopes_px = _slopes_px(again, job.rectifier)
     change_px = statistics.fmean(slopes_px) - old.point.slope_px
     text = f"{old.stop.distance_mm:.1f} mm measured again: slope differs by {change_px:+.4f} px"
     allowed_px = setup.config.max_motion_px
@@ -248,8 +279,8 @@ def _compare(
     tell(text)
 
 
-def _slopes_px(measurements: Sequence[Measurement]) -> list[float]:
+def _slopes_px(measurements: Sequence[Measurement], rectifier: Rectifier) -> list[float]:
     for measurement in measurements:
         if measurement.failure is not None:
             raise TargetError(measurement.failure.message, reason=measurement.failure.reason)
-    return [m.slope_px for m in measurements if m.slope_px is not None]
+    return axis_slopes_px(measurements, rectifier)

@@ -22,6 +22,7 @@ from rig.errors import (
 from rig.hardware import Hardware
 from rig.profile import Profile, SimCameraConfig
 from rig.profile.load import load_profile
+from rig.rectified import Rectifier
 from rig.sweep.request import SweepRequest
 from rig.sweep.run import new_sweep, resumed_sweep, sweep_and_conclude
 from sim.camera import SimCamera
@@ -103,7 +104,7 @@ def test_a_camera_that_fails_half_way_loses_nothing(
     with bench(profile, camera_fault=fault) as (hardware, carriage):
         with pytest.raises(error) as caught:
             sweep_and_conclude(
-                new_sweep(profile, REQUEST), hardware, store, lambda *_: None, told.append
+                new_sweep(store, profile, REQUEST), hardware, store, lambda *_: None, told.append
             )
         assert isinstance(hardware.clock, VirtualClock)
         assert stands_still(carriage, hardware.clock)
@@ -122,7 +123,7 @@ def test_a_stage_that_fails_half_way_loses_nothing_and_the_sweep_goes_on(
         bench(profile, wire_fault=fault) as (hardware, _),
     ):
         sweep_and_conclude(
-            new_sweep(profile, REQUEST), hardware, store, lambda *_: None, lambda _: None
+            new_sweep(store, profile, REQUEST), hardware, store, lambda *_: None, lambda _: None
         )
     assert hardware.clock.now_s() < 120.0
     taken = store.samples(1)
@@ -144,7 +145,7 @@ def test_skewed_multi_views_are_dropped_and_counted(profile: Profile):
     fault = LateViews(("top",), late_s=0.02, after=1)
     with bench(profile, camera_fault=fault) as (hardware, _), pytest.raises(RigError):
         capture_depth(
-            profile,
+            Rectifier(profile),
             CaptureRequest(frames=3, duration_s=None, folder=None),
             hardware.camera,
             None,
@@ -184,4 +185,4 @@ def test_a_capture_folder_that_cannot_be_made(profile: Profile, tmp_path: Path):
     (tmp_path / "file").write_text("")
     request = CaptureRequest(frames=1, duration_s=None, folder=tmp_path / "file" / "out")
     with bench(profile) as (hardware, _), pytest.raises(StoreError, match="--out"):
-        capture_depth(profile, request, hardware.camera, None, on_frame=lambda *_: None)
+        capture_depth(Rectifier(profile), request, hardware.camera, None, on_frame=lambda *_: None)

@@ -10,6 +10,7 @@ from rig.capture.live import CaptureTally, run_capture
 from rig.frames import Frame, MultiView
 from rig.profile import Profile
 from rig.profile.load import load_profile
+from rig.rectified import Rectifier
 from tests.support.lightfield import (
     Surface,
     disc,
@@ -87,7 +88,7 @@ def test_a_still_scene_stays_right_and_a_jump_is_right_again_in_the_second_frame
     stream += [multiview(profile, after, n) for n in range(3, 6)]
     camera = Sequence(tuple(view.name for view in profile.views), stream)
     tally = CaptureTally()
-    measured = list(run_capture(profile, camera, None, tally))
+    measured = list(run_capture(Rectifier(profile), camera, None, tally))
     bad = [
         float(np.mean(~(np.abs(m.slopes.slope_px - true_slope_px(truth, SHAPE)) <= 0.5)))
         for m, truth in zip(measured, [before] * 3 + [after] * 3, strict=True)
@@ -106,5 +107,5 @@ def test_skewed_multi_views_are_left_out_and_counted():
     skewed = MultiView((good.frames[0], late, *good.frames[2:]))
     tally = CaptureTally()
     camera = Sequence(tuple(view.name for view in profile.views), [good, skewed, good])
-    assert len(list(run_capture(profile, camera, None, tally))) == 2
+    assert len(list(run_capture(Rectifier(profile), camera, None, tally))) == 2
     assert tally.skewed == 1

@@ -20,6 +20,7 @@ from rig.devices import SystemClock
 from rig.errors import ConfigError, SlopeError, StoreError
 from rig.profile import FolderCameraConfig
 from rig.profile.load import load_profile
+from rig.rectified import Rectifier
 from tests.support.lightfield import (
     Surface,
     disc,
@@ -154,12 +155,12 @@ def test_the_sweep_of_another_rig_is_refused(profile_file: Path, tmp_path: Path)
         )
         request = CompareRequest(frames=1, curve=None, sweep_id=sweep_id, folder=tmp_path / "out")
         with pytest.raises(ConfigError, match="sweep 1 of rig shelf: views differs"):
-            compare_methods(shelf, request, camera, store, lambda *_: None)
+            compare_methods(Rectifier(shelf), request, camera, store, lambda *_: None)
 
 
 def test_no_multiviews_are_no_comparison():
     with pytest.raises(SlopeError, match="none came whose views lie within"):
-        compare_frames(load_profile("sim"), [], None)
+        compare_frames(Rectifier(load_profile("sim")), [], None)
 
 
 def test_a_folder_that_cannot_be_made_is_named(profile_file: Path, tmp_path: Path):

@@ -8,6 +8,7 @@ from rig.compare.comparison import distance_scores
 from rig.compare.distances import NAMES, WITH_PLANE, BoardError, BoardErrors, compare_distances
 from rig.curve import Curve
 from rig.database import Store
+from rig.rectified import Rectifier
 from tests.support.sweeps import SweepRecipe, bench_profile, stored_sweep
 
 RECIPE = SweepRecipe(
@@ -30,7 +31,7 @@ def test_the_board_of_a_sweep_is_measured_once_at_each_distance(store: tuple[Sto
     curve = Curve.from_json(sweep.curve(1).curve)
     told: list[int] = []
     boards = compare_distances(
-        bench_profile(),
+        Rectifier(bench_profile()),
         curve,
         sweep.samples(1),
         sweep.measurements(1),

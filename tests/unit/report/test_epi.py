@@ -8,6 +8,7 @@ from rig.database import Sample
 from rig.epipolar import Label
 from rig.plan import Stop
 from rig.profile import Profile
+from rig.rectified import Rectifier
 from rig.report.epi import EdgeLine, Epi, board_epis
 from rig.report.evidence import Picture
 from tests.support.board_images import BoardScene, digitised
@@ -29,8 +30,15 @@ def picture_of(scene: BoardScene, profile: Profile) -> Picture:
     stop = Stop(0, scene.distance_mm, "fit", "forward")
     sample = Sample(1, stop, 0, scene.distance_mm, datetime(2026, 1, 1, tzinfo=UTC), None,
                     Path("nowhere"), ())  # fmt: skip
+    stack = np.stack(images)
     return Picture(
-        sample, np.stack(images), (u, v), (a, b, c), corners, outline[:, :2] / outline[:, 2:]
+        sample=sample,
+        images=stack,
+        views=Rectifier(profile).views(stack),
+        centre_px=(u, v),
+        plane=(a, b, c),
+        corners_px=corners,
+        outline_px=outline[:, :2] / outline[:, 2:],
     )
 
 

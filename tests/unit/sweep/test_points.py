@@ -8,8 +8,11 @@ import pytest
 
 from rig.database import Failure, Measurement, Sample, SampleKey
 from rig.plan import Stop
+from rig.profile.load import load_profile
+from rig.rectified import Rectifier
 from rig.sweep.points import stop_results
 
+RECTIFIER = Rectifier(load_profile("sim"))
 STOP = Stop(3, 600.0, "holdout", "backward")
 
 
@@ -33,6 +36,7 @@ def test_samples_are_averaged_with_their_scatter():
         samples,
         {samples[0].key: measured(4.0), samples[1].key: measured(4.2)},
         max_motion_px=0.1,
+        rectifier=RECTIFIER,
     )
     assert result.problem is None
     assert result.point is not None
@@ -46,7 +50,9 @@ def test_samples_are_averaged_with_their_scatter():
 
 
 def test_a_single_sample_takes_its_own_sigma():
-    (result,) = stop_results([sample(0)], {(3, 0): measured(4.0)}, max_motion_px=0.1)
+    (result,) = stop_results(
+        [sample(0)], {(3, 0): measured(4.0)}, max_motion_px=0.1, rectifier=RECTIFIER
+    )
     assert result.point is not None
     assert result.point.sem_px == 0.002
 
@@ -63,7 +69,9 @@ def test_a_stop_that_cannot_be_trusted_gives_no_point(second: Measurement | None
     measurements: dict[SampleKey, Measurement] = {(3, 0): measured(4.0)}
     if second is not None:
         measurements[3, 1] = second
-    (result,) = stop_results([sample(0), sample(1)], measurements, max_motion_px=0.1)
+    (result,) = stop_results(
+        [sample(0), sample(1)], measurements, max_motion_px=0.1, rectifier=RECTIFIER
+    )
     assert result.point is None
     assert result.problem is not None
     assert says in result.problem
@@ -73,5 +81,7 @@ def test_a_stop_that_cannot_be_trusted_gives_no_point(second: Measurement | None
 def test_stops_come_in_the_order_of_the_plan():
     later = dataclasses.replace(STOP, index=9)
     samples = [dataclasses.replace(sample(0), stop=later), sample(0)]
-    results = stop_results(samples, {s.key: measured(1.0) for s in samples}, max_motion_px=0.1)
+    results = stop_results(
+        samples, {s.key: measured(1.0) for s in samples}, max_motion_px=0.1, rectifier=RECTIFIER
+    )
     assert [r.stop.index for r in results] == [3, 9]

@@ -1,0 +1,73 @@
+"""What a calibration meant for a sweep: where distances come from, and whether cameras agree."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rig.rectified import Rectifier
+from rig.sweep.points import StopResult
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationUse:
+    """A calibration beside the distances of a sweep."""
+
+    id: int | None
+    stage: tuple[float, float] | None
+    """Scale of the stage (true mm per mm) and angle of its axis to the optical axis, degrees; None
+    where the calibration knows no stage and positions are taken as distances."""
+    zero_sigma_mm: float | None
+    """1 sigma of where depth zero is, for positions of the stage."""
+    disagreement_pct: float | None
+    """rms difference between depth by the cameras alone and by the stage, per cent; None without a
+    stop."""
+
+    def as_dict(self) -> dict[str, object]:
+        """Return it for the command line's JSON."""
+        return {
+            "id": self.id,
+            "stage": None
+            if self.stage is None
+            else {"scale": self.stage[0], "axis_deg": self.stage[1]},
+            "zero_sigma_mm": self.zero_sigma_mm,
+            "cameras_against_stage_pct": self.disagreement_pct,
+        }
+
+    def lines(self) -> list[str]:
+        """Say it for a person."""
+        where = "distances are positions of the stage as it reads them"
+        if self.stage is not None and self.zero_sigma_mm is not None:
+            scale, angle_deg = self.stage
+            where = (
+                f"distances by its stage: scale {scale:.5f}, axis {angle_deg:.2f} deg off the "
+                f"optical axis, zero known to {2.0 * self.zero_sigma_mm:.3f} mm (k=2)"
+            )
+        lines = [f"calibration {self.id}: {where}"]
+        if self.disagreement_pct is not None:
+            lines.append(
+                "depth by the cameras of the calibration alone: differs by "
+                f"{self.disagreement_pct:.4f} % rms"
+            )
+        return lines
+
+
+def calibration_use(stops: Sequence[StopResult], rectifier: Rectifier) -> CalibrationUse | None:
+    """Return what the calibration meant for a sweep, None without one."""
+    rectification = rectifier.rectification
+    if rectification is None:
+        return None
+    stage = rectification.geometry.stage
+    points = [stop.point for stop in stops if stop.point is not None]
+    known_mm = np.array([point.distance_mm for point in points])
+    slopes_px = np.array([point.slope_px for point in points])
+    seen_mm = rectification.inverse_law_px_mm / (slopes_px + rectification.infinity_px)
+    misses = seen_mm / known_mm - 1.0
+    return CalibrationUse(
+        id=rectifier.calibration_id,
+        stage=None
+        if stage is None
+        else (stage.scale, float(np.degrees(np.arccos(min(1.0, float(stage.axis[2])))))),
+        zero_sigma_mm=None if stage is None else float(np.sqrt(stage.covariance[3, 3])),
+        disagreement_pct=100.0 * float(np.sqrt(np.mean(misses**2))) if points else None,
+    )
