@@ -19,6 +19,7 @@ from rig.errors import DeviceError, RigError, ViewSkewError
 from rig.frames import MultiView
 from rig.hardware import Answers
 from rig.profile import FolderCameraConfig, Profile
+from rig.rectified import Rectifier
 from rig.standstill import stopped
 from rig.target import target_of
 
@@ -32,7 +33,8 @@ MOVING = ("settling", "curve", "reach", "repeatability")
 class CheckRequest:
     """What a check is to look at."""
 
-    profile: Profile
+    rectifier: Rectifier
+    """Of the rig, with its calibration if it has one."""
     database: str | None
     """URL, as for every verb."""
     moves: bool
@@ -41,6 +43,11 @@ class CheckRequest:
     """Number and newest curve of the rig, or why there is none."""
     geometry_drift: GeometryDrift | None = None
     """Compares a picture with the stored geometric calibration; None where there is none."""
+
+    @property
+    def profile(self) -> Profile:
+        """The rig."""
+        return self.rectifier.profile
 
 
 def check_rig(
@@ -76,7 +83,7 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
     if isinstance(camera, RigError):
         yield failed("camera", camera)
         return
-    bench = _bench(profile, stage, camera, clock)
+    bench = _bench(request.rectifier, stage, camera, clock)
     reached_mm: float | None = None
     if bench is not None:
         try:
@@ -96,7 +103,7 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
     if profile.sweep is not None:
         yield judge_room(profile, request.database, taken[0])
     if bench is not None and reached_mm is not None:
-        middle = see(profile, bench.board, taken[0], reached_mm)
+        middle = see(request.rectifier, bench.board, taken[0], reached_mm)
         yield from judge_over_travel(bench, middle, request.curve)
     else:
         yield from _standing(request, answers.stage, taken[0])
@@ -125,13 +132,13 @@ def _ready_stage(
     return Item("stage", "pass", f"{named}; homed"), stage
 
 
-def _bench(profile: Profile, stage: Stage | None, camera: Camera, clock: Clock) -> Bench | None:
+def _bench(rectifier: Rectifier, stage: Stage | None, camera: Camera, clock: Clock) -> Bench | None:
     """Join what a sweep would use; None where a part of it is missing."""
-    target, config = profile.target, profile.sweep
+    target, config = rectifier.profile.target, rectifier.profile.sweep
     if stage is None or target is None or config is None:
         return None
     board = target_of(target)
-    return Bench(profile, board, config, stage, camera, clock)
+    return Bench(rectifier, board, config, stage, camera, clock)
 
 
 def _camera_item(camera: Camera, stills: Stills) -> Item:
@@ -177,8 +184,8 @@ def _standing(
         yield from (Item(name, "skip", str(error)) for name in MOVING[1:])
         return
     board = target_of(target)
-    seen = see(profile, board, taken, position_mm)
-    yield judge_drift(profile, seen, request.curve)
+    seen = see(request.rectifier, board, taken, position_mm)
+    yield judge_drift(request.rectifier, seen, request.curve)
     yield judge_seen(profile, [seen])
     yield Item("repeatability", "skip", "the stage was left alone")
 

@@ -13,7 +13,7 @@ from rig.errors import DeviceError, SlopeError, TargetError, ViewSkewError
 from rig.frames import MultiView
 from rig.geometry.targets import Target
 from rig.profile import Profile, SweepConfig
-from rig.rectified import rectified_views
+from rig.rectified import Rectifier
 
 STREAM_FRAMES = 30
 STREAM_S = 3.0
@@ -43,12 +43,17 @@ class Seen:
 class Bench:
     """Both devices of a rig, and what a sweep would do with them."""
 
-    profile: Profile
+    rectifier: Rectifier
     board: Target
     config: SweepConfig
     stage: Stage
     camera: Camera
     clock: Clock
+
+    @property
+    def profile(self) -> Profile:
+        """The rig."""
+        return self.rectifier.profile
 
     def go(self, position_mm: float) -> float:
         """Move and settle as a sweep would; return the position read back."""
@@ -60,7 +65,7 @@ class Bench:
         """Move, settle, grab once, and find the board."""
         reached_mm = self.go(position_mm)
         multiview = self.camera.grab(self.profile.camera.timeout_s)
-        return see(self.profile, self.board, multiview, reached_mm)
+        return see(self.rectifier, self.board, multiview, reached_mm)
 
     def arrivals(self, position_mm: float, step_mm: float, count: int) -> Iterator[Arrival]:
         """Come to one position again and again, from the near and the far side in turn."""
@@ -77,12 +82,12 @@ class Bench:
             )
 
 
-def see(profile: Profile, board: Target, multiview: MultiView, reached_mm: float) -> Seen:
+def see(rectifier: Rectifier, board: Target, multiview: MultiView, reached_mm: float) -> Seen:
     """Find the board in every view, and its slope."""
     sightings = tuple(see_board(frame.image, board) for frame in multiview.frames)
     slope: BoardSlope | None
     try:
-        slope = fit_board_slope(rectified_views(profile, multiview.stack()), sightings)
+        slope = fit_board_slope(rectifier.board_views(multiview.stack()), sightings)
     except (TargetError, SlopeError):  # the sightings tell why
         slope = None
     return Seen(reached_mm, multiview, sightings, slope)

@@ -12,6 +12,7 @@ from rig.curve import Curve
 from rig.errors import DeviceError, RigError
 from rig.geometry.corners import Corners
 from rig.profile import Profile
+from rig.rectified import Rectifier
 
 ARRIVALS = 10
 """Moves from which the repeatability comes."""
@@ -30,7 +31,7 @@ def judge_over_travel(
         curve: number and newest curve of the rig, or why there is none.
     """
     profile = bench.profile
-    yield judge_drift(profile, middle, curve)
+    yield judge_drift(bench.rectifier, middle, curve)
     near_mm, far_mm = ends_mm(profile)
     try:
         near, far = bench.look(near_mm), bench.look(far_mm)
@@ -70,15 +71,18 @@ def judge_seen(profile: Profile, seen: Sequence[Seen]) -> Item:
     )
 
 
-def judge_drift(profile: Profile, seen: Seen, curve: tuple[int, Curve] | RigError) -> Item:
+def judge_drift(rectifier: Rectifier, seen: Seen, curve: tuple[int, Curve] | RigError) -> Item:
     """Judge the newest curve by one picture of the board at a known distance."""
     if seen.slope is None:
         return Item("curve", "skip", "needs the slope of the board")
+    slope_px, _, _ = rectifier.axis_plane(seen.slope.plane, seen.slope.centre_px)
+    if not isinstance(curve, RigError) and curve[1].field is not None:
+        slope_px -= curve[1].field.slope_px(*seen.slope.centre_px)
     return judge_curve(
         curve,
-        profile,
-        distance_mm=seen.reached_mm,
-        slope_px=seen.slope.slope_px,
+        rectifier.profile,
+        distance_mm=rectifier.distance_mm(seen.reached_mm),
+        slope_px=slope_px,
         sigma_px=seen.slope.sigma_px,
     )
 

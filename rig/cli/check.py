@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
+from rig.cli.options import AsJson, CalibrationChoice, DatabaseUrl, Overrides, ProfileName
 from rig.cli.output import show, show_json, tell
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ def check(
     no_move: Annotated[
         bool, typer.Option("--no-move", help="Leave the stage where it is; some items are skipped.")
     ] = False,
+    calibration: CalibrationChoice = None,
     overrides: Overrides = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -33,14 +34,22 @@ def check(
     """
     from rig.check.items import worst
     from rig.check.run import CheckRequest, check_rig
-    from rig.cli.stored import curve_or_reason
+    from rig.cli.stored import curve_or_reason, find_rectifier
+    from rig.errors import StoreError
     from rig.hardware import open_what_answers
     from rig.interrupts import Interrupts
     from rig.profile.load import load_profile
+    from rig.rectified import Rectifier
 
     profile = load_profile(profile_name, overrides or ())
-    curve = curve_or_reason(profile, database)
-    request = CheckRequest(profile, database, moves=not no_move, curve=curve)
+    try:
+        rectifier = find_rectifier(profile, calibration, database)
+    except StoreError:
+        if calibration is not None:
+            raise
+        rectifier = Rectifier(profile)  # the item about the database tells why
+    curve = curve_or_reason(rectifier, database)
+    request = CheckRequest(rectifier, database, moves=not no_move, curve=curve)
     items: list[Item] = []
     with Interrupts(), open_what_answers(profile) as answers:
         for item in check_rig(request, answers, tell):

@@ -52,10 +52,10 @@ def find_curve(
     return stored.id, Curve.from_json(stored.curve)
 
 
-def curve_or_reason(profile: "Profile", database: str | None) -> "tuple[int, Curve] | RigError":
+def curve_or_reason(rectifier: "Rectifier", database: str | None) -> "tuple[int, Curve] | RigError":
     """Return the newest curve of the rig, or why there is none to use."""
     try:
-        return find_curve(profile, None, database)
+        return find_curve(rectifier, None, database)
     except RigError as error:
         return error
 

@@ -20,6 +20,7 @@ from rig.frames import MultiView
 from rig.hardware import Answers
 from rig.profile import GrblStageConfig, Profile, SimCameraConfig
 from rig.profile.load import load_profile
+from rig.rectified import Rectifier
 from sim.camera import SimCamera
 from sim.carriage import Carriage
 from sim.clock import VirtualClock
@@ -70,7 +71,7 @@ def check(
 ) -> dict[str, Item]:
     profile = load_profile("sim", (*SMALL_SIM, *overrides))
     seen = load_profile("sim", (*SMALL_SIM, *overrides, *world))
-    request = CheckRequest(profile, database, moves=moves, curve=curve)
+    request = CheckRequest(Rectifier(profile), database, moves=moves, curve=curve)
     with bench(profile, seen=seen, fault=fault) as answers:
         return {item.name: item for item in check_rig(request, answers, print)}
 
@@ -233,7 +234,9 @@ def test_a_geometry_that_drifted_is_asked_with_one_picture(database: str):
         asked.append(multiview)
         return Item("geometry", "fail", "chi2 of 9.1 per degree of freedom", "calibrate again")
 
-    request = CheckRequest(profile, database, moves=False, curve=NO_CURVE, geometry_drift=drift)
+    request = CheckRequest(
+        Rectifier(profile), database, moves=False, curve=NO_CURVE, geometry_drift=drift
+    )
     with bench(profile) as answers:
         items = list(check_rig(request, answers, print))
     assert len(asked) == 1
@@ -242,7 +245,7 @@ def test_a_geometry_that_drifted_is_asked_with_one_picture(database: str):
 
 def test_whatever_ends_a_check_early_leaves_the_stage_stopped(database: str):
     profile = load_profile("sim", SMALL_SIM)
-    request = CheckRequest(profile, database, moves=True, curve=NO_CURVE)
+    request = CheckRequest(Rectifier(profile), database, moves=True, curve=NO_CURVE)
     with bench(profile) as answers:
         stage = Watched(answers.stage)
         told: list[str] = []
