@@ -12,6 +12,7 @@ from rig.database import StoredCalibration
 from rig.epipolar import Label, RectifiedViews, SlopeMap
 from rig.epipolar.board_lines import BoardViews
 from rig.epipolar.calibrated_views import CalibratedViews
+from rig.epipolar.noise import noise_grey
 from rig.epipolar.resample import Resampler
 from rig.epipolar.views import Image
 from rig.errors import ConfigError
@@ -87,6 +88,7 @@ class Rectifier:
             x_steps=self.rectification.x_steps,
             y_steps=self.rectification.y_steps,
             reference=self.profile.reference,
+            noise=noise_grey(np.asarray(images[self.profile.reference], np.float32)),
         )
 
     def pictures(self, images: GreyImage) -> GreyImage:

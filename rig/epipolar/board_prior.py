@@ -4,7 +4,7 @@ Dense matching of a periodic board without a hypothesis locks onto slopes that a
 periods; the corners know the period.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -71,7 +71,7 @@ def measure_dense(
         SlopeError: the views give too few answers on the board.
     """
     window = _window(views, board)
-    part = RectifiedViews(views.images[:, *window], views.x_steps, views.y_steps, views.reference)
+    part = replace(views, images=views.images[:, *window])
     prior = plane_prior(board, views.shape)
     found = estimate_slopes(
         part, slope_range_px, SlopePrior(prior.slope_px[window], prior.sigma_px[window])

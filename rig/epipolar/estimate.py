@@ -1,5 +1,7 @@
 """The dense slope estimator: from rectified views to slope, sigma and label of every pixel."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +56,8 @@ def estimate_slopes(
     cameras = Cameras(views.x_steps, views.y_steps, views.reference)
     images = equalise(views.images, cameras, window)
     scales = measure_scales(images, views.reference)
+    if views.noise is not None:
+        scales = replace(scales, noise=max(scales.noise, views.noise))
     images = _smooth(images, scales.prefilter_px)
     effort = effort_of(cameras, window)
     slope = search(images, cameras, window, scales)
@@ -146,6 +150,7 @@ def _usable(views: RectifiedViews) -> tuple[RectifiedViews, tuple[str, ...]]:
         views.x_steps[kept],
         views.y_steps[kept],
         int(np.searchsorted(kept, views.reference)),
+        views.noise,
     )
     return kept_views, warnings
 
