@@ -5,6 +5,7 @@ import pytest
 
 from rig.errors import ConfigError
 from rig.profile import CharucoConfig
+from rig.rectified import Rectifier
 from rig.sweep.measure import measure_sample
 from rig.target import target_of
 from sim.charuco_print import charuco_print
@@ -29,7 +30,7 @@ def test_a_sweep_measures_a_charuco_board_as_it_does_a_checkerboard():
     rig = SmallRig(CHARUCO, slide=Slide(-603.0))
     with rig.camera() as camera:
         images = camera.grab(3.0).stack()
-    measured = measure_sample(rig.profile, images)
+    measured = measure_sample(Rectifier(rig.profile), images)
     truth = rig.world.true_slope_px(600.0)
     assert measured.slope_px == pytest.approx(truth, abs=0.01)
     assert measured.sigma_px is not None
@@ -39,7 +40,7 @@ def test_a_sweep_measures_a_charuco_board_as_it_does_a_checkerboard():
 def test_a_part_of_a_charuco_board_is_refused_by_a_sweep_with_the_reason():
     rig = SmallRig((*CHARUCO, "world.board_offset_mm=[150.0, 0.0]"), slide=Slide(-803.0))
     with rig.camera() as camera:
-        measured = measure_sample(rig.profile, camera.grab(3.0).stack())
+        measured = measure_sample(Rectifier(rig.profile), camera.grab(3.0).stack())
     assert measured.failure is not None
     assert measured.failure.reason == "clipped"
 
