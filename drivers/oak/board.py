@@ -62,7 +62,12 @@ def camera_outputs(
             outputs[view] = node.raw
         else:
             node.build(board_socket(socket), sensorFps=rate_hz)
-            outputs[view] = node.requestOutput(size, dai.ImgFrame.Type.GRAY8, fps=rate_hz)
+            outputs[view] = node.requestOutput(
+                size,
+                dai.ImgFrame.Type.GRAY8,
+                fps=rate_hz,
+                enableUndistortion=False,  # nothing is warped before it is measured
+            )
         Controls.of(config).set_on(node.initialControl)
         mode = sync_mode(config, view)
         if mode is not None:

@@ -66,8 +66,10 @@ class DeviceSensors:
         return dict(self._identity)
 
     def pipeline(self) -> dai.Pipeline:
-        """See `Sensors.pipeline`."""
-        return dai.Pipeline(self._opened())
+        """See `Sensors.pipeline`; the library must not touch the device's calibration by itself."""
+        pipeline = dai.Pipeline(self._opened())
+        pipeline.setAutoCalibrationMode(dai.Pipeline.AutoCalibrationMode.OFF)
+        return pipeline
 
     def outputs(self, pipeline: dai.Pipeline) -> dict[str, dai.Node.Output]:
         """See `Sensors.outputs`."""

@@ -1,6 +1,7 @@
 """What a board is asked for, and what is refused before anything starts."""
 
 from collections.abc import Mapping
+from typing import cast
 
 import pytest
 
@@ -15,6 +16,7 @@ from drivers.oak.board import (
 )
 from drivers.oak.sdk import dai
 from rig.errors import ConfigError, DeviceNotFoundError
+from rig.profile import OakCameraConfig
 from tests.support.oak import feature, oak_config
 
 PAIR = {"left": "CAM_B", "right": "CAM_C"}
@@ -49,6 +51,69 @@ def test_the_graph_of_cameras_is_built_up_to_where_a_device_is_needed():
     pipeline = dai.Pipeline(createImplicitDevice=False)
     with pytest.raises(RuntimeError, match="host only"):
         camera_outputs(pipeline, oak_config(), PAIR)
+
+
+class FakeNode:
+    """A camera node as far as it is told something; remembers it."""
+
+    def __init__(self) -> None:
+        self.initialControl = dai.CameraControl()
+        self.raw = "raw"
+        self.built: tuple[object, ...] = ()
+        self.asked: dict[str, object] = {}
+
+    def build(
+        self,
+        socket: dai.CameraBoardSocket,
+        sensorResolution: tuple[int, int] | None = None,
+        sensorFps: float | None = None,
+    ) -> None:
+        self.built = (socket, sensorResolution, sensorFps)
+
+    def requestOutput(self, size: object, kind: object, **options: object) -> str:  # noqa: N802
+        self.asked = {"size": size, "kind": kind, **options}
+        return "grey"
+
+
+class FakePipeline:
+    """Makes camera nodes without a device."""
+
+    def __init__(self) -> None:
+        self.nodes: list[FakeNode] = []
+
+    def create(self, kind: object) -> FakeNode:
+        assert kind is dai.node.Camera
+        self.nodes.append(FakeNode())
+        return self.nodes[-1]
+
+
+def cameras(config: OakCameraConfig) -> tuple[list[FakeNode], dict[str, object]]:
+    pipeline = FakePipeline()
+    outputs = camera_outputs(cast("dai.Pipeline", pipeline), config, config.sockets)
+    return pipeline.nodes, dict(outputs)
+
+
+def test_every_view_is_a_camera_node_with_locked_controls_and_its_part_in_synchronisation():
+    (left, right), outputs = cameras(oak_config(sync="driven", sync_driver="right"))
+    assert outputs == {"left": "grey", "right": "grey"}
+    assert left.built == (board_socket("CAM_B"), None, 10.0)
+    assert right.built[0] == board_socket("CAM_C")
+    assert left.asked == {
+        "size": (1280, 800),
+        "kind": dai.ImgFrame.Type.GRAY8,
+        "fps": 10.0,
+        "enableUndistortion": False,
+    }
+    assert left.initialControl.frameSyncMode == Mode.INPUT
+    assert right.initialControl.frameSyncMode == Mode.OUTPUT
+    assert left.initialControl.expManual.exposureTimeUs == 8000
+
+
+def test_raw_pixels_come_from_the_sensor_in_its_own_size():
+    (left, _), outputs = cameras(oak_config(pixels="raw10"))
+    assert outputs == {"left": "raw", "right": "raw"}
+    assert left.built == (board_socket("CAM_B"), (1280, 800), 10.0)
+    assert not left.initialControl.getCommand(dai.CameraControl.Command.FRAME_SYNC)
 
 
 def test_sensors_that_can_keep_the_profile_pass():

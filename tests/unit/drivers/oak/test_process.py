@@ -90,6 +90,7 @@ def run(code: str, *arguments: str, **environment: str) -> "subprocess.Completed
     )
 
 
+@pytest.mark.slow
 def test_importing_leaves_standard_output_signals_and_telemetry_alone():
     code = (
         "import os, signal\n"
