@@ -1,6 +1,6 @@
 """Judgement of the locks: exposure, gain and focus must not change by themselves."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from rig.check.items import Item, Status, graded, worst
 from rig.check.stills import ViewStills
@@ -15,19 +15,25 @@ _LOCKS = {"exposure_s": "exposure", "gain": "gain", "focus": "focus"}
 """Keys of cameras that leave a setting alone where the profile does not say it."""
 
 
-def judge_locks(camera: CameraConfig, views: Sequence[ViewStills]) -> Item:
-    """Judge what the profile locks, what the device reports, and what the pictures show."""
+def judge_locks(
+    camera: CameraConfig, identity: Mapping[str, str], views: Sequence[ViewStills]
+) -> Item:
+    """Judge what the profile locks, what the device reports, and what the pictures show.
+
+    Args:
+        camera: the profile's camera.
+        identity: what the opened camera says of itself, with its controls where it has any.
+        views: repeated pictures of each view.
+    """
     statuses: list[Status] = []
     found: list[str] = []
     advice: list[str] = []
-    free = unlocked(camera)
+    free = unlocked(camera, identity)
     if free:
         statuses.append("warn")
         found.append(f"left to the camera: {', '.join(_LOCKS[key] for key in free)}")
-        advice.append(
-            f"set {', '.join(f'camera.{key}' for key in free)}, unless the device has no such "
-            "control; a focus or exposure that changes by itself spoils the curve"
-        )
+        keys = ", ".join(f"camera.{key}" for key in free)
+        advice.append(f"set {keys}: what changes by itself spoils the curve")
     for view in views:
         times_s = view.exposures_s
         if times_s and times_s[-1] > times_s[0] * (1.0 + SAME_EXPOSURE):
@@ -50,7 +56,13 @@ def judge_locks(camera: CameraConfig, views: Sequence[ViewStills]) -> Item:
     return Item("locks", worst(statuses), "; ".join(found), "; ".join(advice))
 
 
-def unlocked(camera: CameraConfig) -> list[str]:
-    """Return the settings that this kind of camera can lock and the profile does not."""
+def unlocked(camera: CameraConfig, identity: Mapping[str, str]) -> list[str]:
+    """Return the settings that the camera has, the profile could lock, and does not."""
     fields = type(camera).model_fields
-    return [key for key in _LOCKS if key in fields and getattr(camera, key) is None]
+    # An array says this for each of its cameras, under `VIEW.controls`.
+    has = " ".join(text for key, text in identity.items() if key.split(".")[-1] == "controls")
+    return [
+        key
+        for key, control in _LOCKS.items()
+        if key in fields and getattr(camera, key) is None and control in has
+    ]

@@ -99,7 +99,7 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
     if not stills.multiviews:
         return
     taken = stills.multiviews
-    yield from judge_scene(profile, taken, at_mm=reached_mm)
+    yield from judge_scene(profile, camera.identity, taken, at_mm=reached_mm)
     if profile.sweep is not None:
         yield judge_room(profile, request.database, taken[0])
     if bench is not None and reached_mm is not None:
@@ -202,4 +202,6 @@ def _geometry(request: CheckRequest, taken: MultiView) -> Item:
 
 
 def _identity(device: Camera | Stage) -> str:
-    return ", ".join(f"{key} {value}" for key, value in device.identity.items() if value)
+    """What tells it from others, in one line; the controls of single cameras are left out."""
+    parts = device.identity.items()
+    return ", ".join(f"{key} {value}" for key, value in parts if value and "." not in key)

@@ -1,6 +1,6 @@
 """Judgement of repeated pictures of one scene: everything that needs no motion."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from rig.check.items import Item
 from rig.check.locks import judge_locks
@@ -19,12 +19,17 @@ from rig.target import target_of
 
 
 def judge_scene(
-    profile: Profile, taken: Sequence[MultiView], *, at_mm: float | None
+    profile: Profile,
+    identity: Mapping[str, str],
+    taken: Sequence[MultiView],
+    *,
+    at_mm: float | None,
 ) -> Iterator[Item]:
     """Yield what repeated pictures of one scene tell.
 
     Args:
         profile: the rig.
+        identity: what the opened camera says of itself.
         taken: multi-views of a scene at rest.
         at_mm: where the stage carried the board before them; None where it was left alone.
     """
@@ -39,7 +44,7 @@ def judge_scene(
         yield judge_board([(view.view, view.board) for view in views], where)
     yield judge_focus(views)
     yield judge_exposure(views)
-    yield judge_locks(profile.camera, views)
+    yield judge_locks(profile.camera, identity, views)
     if len(taken) > 2:
         yield judge_noise(views)
     yield judge_likeness(views)

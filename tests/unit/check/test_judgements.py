@@ -63,15 +63,25 @@ def test_even_spacing_is_a_warning(row: tuple[float, float], status: str):
 
 
 def test_exposure_that_changes_by_itself_fails():
-    item = judge_locks(PROFILE.camera, [replace(STILL, exposures_s=(0.008, 0.0092))])
+    item = judge_locks(PROFILE.camera, {}, [replace(STILL, exposures_s=(0.008, 0.0092))])
     assert item.status == "fail"
     assert "left: exposure went from 8.00 to 9.20 ms" in item.found
-    assert judge_locks(PROFILE.camera, [STILL]).status == "pass"
+    assert judge_locks(PROFILE.camera, {}, [STILL]).status == "pass"
+
+
+def test_what_a_camera_could_lock_and_the_profile_leaves_alone_is_told():
+    camera = load_profile("v4l2-pair-grbl", ["camera.gain=16"]).camera
+    free = {"left.controls": "gain=16", "right.controls": "gain=16 focus_automatic_continuous=1"}
+    item = judge_locks(camera, free, [STILL])
+    assert item.status == "warn"
+    assert "left to the camera: focus" in item.found
+    assert "set camera.focus" in item.advice
+    assert judge_locks(camera, {"left.controls": "gain=16"}, [STILL]).status == "pass"
 
 
 @pytest.mark.parametrize(("change", "status"), [(0.05, "warn"), (0.3, "fail")])
 def test_light_that_changes_is_told(change: float, status: str):
-    item = judge_locks(PROFILE.camera, [replace(STILL, brightness_change=change)])
+    item = judge_locks(PROFILE.camera, {}, [replace(STILL, brightness_change=change)])
     assert item.status == status
     assert "flicker" in item.advice
 
