@@ -109,6 +109,7 @@ class FaultyWire:
         self._lanes: dict[Toward, _Lane] = {"host": _Lane(), "device": _Lane()}
         self._passed = 0
         self._struck = 0
+        self._is_mended = False
         self._random = random.Random(fault.seed if isinstance(fault, Garble) else 0)  # noqa: S311
 
     @property
@@ -125,6 +126,11 @@ class FaultyWire:
     def has_struck(self) -> bool:
         """Whether the fault has happened."""
         return self._struck > 0
+
+    def mend(self) -> None:
+        """Make the line good from now on; what is on its way is lost."""
+        self._is_mended = True
+        self._lanes = {"host": _Lane(), "device": _Lane()}
 
     def receive(self, data: bytes) -> None:
         """See `Firmware.receive`."""
@@ -159,6 +165,10 @@ class FaultyWire:
         """See `Firmware.lie`."""
         self._firmware.lie(reports)
 
+    @property
+    def _is_due(self) -> bool:
+        return self._passed > self._fault.after_bytes and not self._is_mended
+
     def _deliver(self) -> None:
         data = self._lanes["device"].arrived(self.clock.now_s())
         if data:
@@ -169,10 +179,9 @@ class FaultyWire:
         lane, now_s = self._lanes[toward], self.clock.now_s()
         for byte in data:
             self._passed += 1
-            is_due = self._passed > self._fault.after_bytes
-            for copy in self._strike(toward, byte, lane, now_s) if is_due else (byte,):
+            for copy in self._strike(toward, byte, lane, now_s) if self._is_due else (byte,):
                 lane.put(copy, now_s)
-        if isinstance(self._fault, HangUp) and self._passed > self._fault.after_bytes:
+        if isinstance(self._fault, HangUp) and self._is_due:
             self._struck += 1
             raise OSError(errno.EIO, "Input/output error")
 

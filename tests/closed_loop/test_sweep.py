@@ -40,6 +40,29 @@ def test_a_sweep_gives_a_curve_that_a_fit_repeats_to_the_last_digit(rig: Command
     assert "finished" in rig("history").out
 
 
+OTHER_STAGES = {
+    "zaber": ("kind=zaber", "port=sim://zaber", "direction=-1", "microstep_mm=0.0025"),
+    "marlin": ("kind=marlin", "port=sim://marlin", "direction=-1"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("protocol", OTHER_STAGES)
+def test_the_sweep_runs_unchanged_over_every_serial_protocol(rig: Command, protocol: str):
+    stage = [word for part in OTHER_STAGES[protocol] for word in ("--set", f"stage.{part}")]
+    plan = (*as_options(), *FIVE, *NO_HOLDOUT, "--json")
+    over_grbl = rig("sweep", "sim", *plan).json
+    swept = rig("sweep", "sim", *stage, *plan)
+    assert swept.code == 3  # as over GRBL: without held-out distances no depth error is known
+    answer = swept.json
+    assert [p["distance_mm"] for p in answer["points"]] == pytest.approx(
+        [p["distance_mm"] for p in over_grbl["points"]], abs=0.003
+    )
+    assert [p["slope_px"] for p in answer["points"]] == pytest.approx(
+        [p["slope_px"] for p in over_grbl["points"]], abs=0.02
+    )
+
+
 @pytest.mark.slow
 def test_held_out_distances_are_met(rig: Command):
     answer = rig("sweep", "sim", *QUICK, "--count", 9, "--samples", 2, "--json")

@@ -2,13 +2,12 @@
 
 import os
 import sqlite3
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
 
-from drivers.grbl import grbl_stage
 from rig.capture.run import CaptureRequest, capture_depth
 from rig.database import Store, open_store
 from rig.errors import (
@@ -20,21 +19,27 @@ from rig.errors import (
     StoreError,
 )
 from rig.hardware import Hardware
-from rig.profile import Profile, SimCameraConfig
+from rig.profile import (
+    MarlinStageConfig,
+    Profile,
+    SimCameraConfig,
+    ZaberStageConfig,
+)
 from rig.profile.load import load_profile
 from rig.rectified import Rectifier
 from rig.sweep.request import SweepRequest
 from rig.sweep.run import new_sweep, resumed_sweep, sweep_and_conclude
+from sim.bench import make_firmware
 from sim.camera import SimCamera
 from sim.carriage import Carriage
 from sim.clock import VirtualClock
 from sim.faults import CameraFault, FaultyCamera, LateViews, LostViews, StuckCamera, UnpluggedCamera
-from sim.firmware.grbl import GrblFirmware
 from sim.wire import plug
 from sim.wire.faults import BrownOut, Fault, FaultyWire, HangUp, Silence
 from sim.world import World
 from tests.support.command import Command
 from tests.support.small_sim import SMALL_SIM
+from tests.support.stages import make_stage
 
 REQUEST = SweepRequest(at_mm=(400.0, 500.0, 650.0, 900.0, 1200.0), samples=1)
 
@@ -62,13 +67,13 @@ def bench(
     assert isinstance(profile.camera, SimCameraConfig)
     clock = VirtualClock()
     carriage = Carriage(profile.world.carriage, clock)
-    firmware = GrblFirmware(profile.world.firmware, carriage, clock)
+    firmware = make_firmware(profile.stage.kind, profile.world.firmware, carriage, clock)
     world = World(profile, clock=clock, carriage=carriage, scene="board")
     camera = SimCamera(profile.camera, world)
     with ExitStack() as stack:
         wire = firmware if wire_fault is None else FaultyWire(firmware, wire_fault)
         stack.enter_context(plug(profile.stage.port, wire))
-        stage = stack.enter_context(grbl_stage(profile.stage, clock))
+        stage = stack.enter_context(make_stage(profile.stage, clock))
         seen = (
             camera
             if camera_fault is None
@@ -114,13 +119,44 @@ def test_a_camera_that_fails_half_way_loses_nothing(
     assert any("go on with: rig sweep sim --resume 1" in line for line in told)
 
 
-@pytest.mark.parametrize("fault", [Silence(3000), HangUp(3000), BrownOut(3000)], ids=type)
+def over(protocol: str, profile: Profile) -> Profile:
+    """Return the same rig with a stage that speaks another protocol."""
+    stage = profile.stage
+    assert stage is not None
+    if protocol == "grbl":
+        return profile
+    values = stage.model_dump(exclude={"kind", "axis"})
+    turned = {"direction": -1, "port": f"sim://{protocol}"}
+    other = (
+        ZaberStageConfig.model_validate(
+            {"kind": "zaber", "microstep_mm": 0.0025, **values, **turned}
+        )
+        if protocol == "zaber"
+        else MarlinStageConfig.model_validate({"kind": "marlin", **values, **turned})
+    )
+    return profile.model_copy(update={"stage": other})
+
+
+@pytest.mark.parametrize("fault", [Silence, HangUp, BrownOut])
+@pytest.mark.parametrize(
+    ("protocol", "after_bytes"),
+    [
+        ("grbl", 3000),
+        pytest.param("zaber", 12_000, marks=pytest.mark.slow),
+        pytest.param("marlin", 3000, marks=pytest.mark.slow),
+    ],
+)
 def test_a_stage_that_fails_half_way_loses_nothing_and_the_sweep_goes_on(
-    profile: Profile, store: Store, fault: Fault
+    profile: Profile,
+    store: Store,
+    fault: Callable[[int], Fault],
+    protocol: str,
+    after_bytes: int,
 ):
+    profile = over(protocol, profile)
     with (
         pytest.raises((DeviceError, StageAlarmError)),
-        bench(profile, wire_fault=fault) as (hardware, _),
+        bench(profile, wire_fault=fault(after_bytes)) as (hardware, _),
     ):
         sweep_and_conclude(
             new_sweep(store, profile, REQUEST), hardware, store, lambda *_: None, lambda _: None

@@ -7,29 +7,15 @@ unless the error says that it could not be stopped.
 """
 
 import random
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
 import pytest
 
 from rig.errors import DeviceLostError, RigError
-from sim.wire.faults import (
-    BrownOut,
-    Delay,
-    Drop,
-    Duplicate,
-    Fault,
-    FaultyWire,
-    Garble,
-    HangUp,
-    Lie,
-    Silence,
-    Split,
-    Toward,
-    Trip,
-)
+from sim.wire.faults import Fault, FaultyWire
 from tests.support.stages import MARLIN, STAGE, ZABER, simulated_bench
+from tests.support.wire_faults import ENDS_THE_DIALOGUE, MAKERS, NO_FAULT
 
 PLACES_MM = (150.0, 121.0, 199.0)
 MOVE_TIMEOUT_S = 10.0
@@ -37,26 +23,6 @@ LONGEST_S = 90.0
 """Opening, homing, moves and stopping, each with all its attempts, take no longer together."""
 STAGES = {config.kind: config for config in (STAGE, ZABER, MARLIN)}
 MICROSTEP_MM = 0.004
-
-
-def toward(rng: random.Random) -> Toward:
-    return rng.choice(("host", "device"))
-
-
-MAKERS: dict[str, Callable[[int, random.Random], Fault]] = {
-    "drop": lambda at, rng: Drop(at, toward(rng), rng.choice((1, 1, 2, 5, 40))),
-    "duplicate": lambda at, rng: Duplicate(at, toward(rng), rng.choice((1, 1, 2, 30))),
-    "garble": lambda at, rng: Garble(
-        at, toward(rng), rng.choice((1, 1, 3, 30)), rng.getrandbits(32)
-    ),
-    "delay": lambda at, rng: Delay(at, toward(rng), rng.choice((0.05, 0.5, 2.5, 8.0))),
-    "split": lambda at, rng: Split(at, toward(rng), rng.choice((0.001, 0.01))),
-    "silence": lambda at, _: Silence(at),
-    "hang up": lambda at, _: HangUp(at),
-    "brown-out": lambda at, _: BrownOut(at),
-    "trip": lambda at, _: Trip(at),
-    "lie": lambda at, rng: Lie(at, rng.choice((1, 1, 2, 3))),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,12 +62,12 @@ def run_session(protocol: str, fault: Fault) -> Session:
 @cache
 def bytes_of_a_session(protocol: str) -> int:
     """How many bytes pass in a session without a fault."""
-    return run_session(protocol, Drop(10**9, "host")).wire.passed_bytes
+    return run_session(protocol, NO_FAULT).wire.passed_bytes
 
 
 @pytest.mark.parametrize("protocol", STAGES)
 def test_without_a_fault_all_is_well(protocol: str) -> None:
-    session = run_session(protocol, Drop(10**9, "host"))
+    session = run_session(protocol, NO_FAULT)
     assert session.error is None
     assert not session.wire.has_struck
 
@@ -119,7 +85,7 @@ def test_a_fault_never_gives_a_wrong_place(protocol: str, kind: str) -> None:
     assert any(session.wire.has_struck for session in sessions)
 
 
-@pytest.mark.parametrize("kind", ["silence", "hang up", "brown-out", "trip"])
+@pytest.mark.parametrize("kind", ENDS_THE_DIALOGUE)
 @pytest.mark.parametrize("protocol", STAGES)
 def test_what_ends_the_dialogue_is_always_told(protocol: str, kind: str) -> None:
     for session in strike(protocol, kind, 3, seed=2):

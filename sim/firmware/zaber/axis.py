@@ -197,9 +197,15 @@ class Axis:
                 self.flags.add("FS")  # at the end of the way there is only the end stop
                 return
             if speed == fast:
-                yield from self._seek(self._pull_off_mm, fast)
+                yield from self._leave_sensor(fast)
         self.steppers.set_counted(self.values["limit.home.preset"] / self.steps_per_unit_mm)
         self.flags -= {"WR", "FS"}
+
+    def _leave_sensor(self, speed: float) -> Motion:
+        """Go away from the sensor until it opens; a stop may have left the carriage deep in it."""
+        yield from self._seek(self._pull_off_mm, speed)
+        while self.steppers.is_switch_closed:
+            yield from self._seek(self._pull_off_mm, speed)
 
     def _seek(self, way_mm: float, speed: float) -> Motion:
         self.steppers.seek(self.now_s, way_mm, self.speed_mm_s(speed))

@@ -106,6 +106,17 @@ def test_an_interrupted_move_leaves_a_note() -> None:
     assert bench.say("/1 1 get pos") == "@01 1 OK IDLE -- 10000"
 
 
+def test_homing_from_deep_in_the_sensor_finds_the_same_place() -> None:
+    bench = Bench()
+    bench.say("/1 1 home")
+    bench.wait(0.42)
+    bench.say("/1 1 stop")
+    bench.wait()
+    assert bench.carriage.travelled_mm(bench.clock.now_s()) > 3.0
+    bench.home()
+    assert bench.carriage.travelled_mm(bench.clock.now_s()) == pytest.approx(0.0, abs=0.003)
+
+
 def test_flags_are_ordered_by_urgency() -> None:
     bench = Bench()
     bench.firmware.trip()
