@@ -45,6 +45,11 @@ class TrueCamera:
     middle_px: tuple[float, float] = (639.5, 399.5)
     lens: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
+    @property
+    def numbers(self) -> Float:
+        """(9,) fx, fy, cx, cy and the lens."""
+        return np.array([*self.focal_px, *self.middle_px, *self.lens])
+
     def project(self, points_mm: Float) -> Float:
         """Pixels (N, 2) of points (N, 3) in the reference frame; NaN behind the camera."""
         inside = (points_mm - self.centre_mm) @ turn(self.turned_deg).T
@@ -59,6 +64,26 @@ class TrueCamera:
 
 
 @dataclass(frozen=True)
+class TrueFisheye:
+    """An equidistant lens with one odd term: radius = focal (angle + bend angle^3)."""
+
+    centre_mm: tuple[float, float, float]
+    turned_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    focal_px: float = 420.0
+    middle_px: tuple[float, float] = (650.0, 390.0)
+    bend: float = -0.03
+
+    def project(self, points_mm: Float) -> Float:
+        """Pixels (N, 2) of points (N, 3) in the reference frame; NaN behind the camera."""
+        inside = (points_mm - self.centre_mm) @ turn(self.turned_deg).T
+        x, y, z = inside.T
+        across = np.maximum(np.hypot(x, y), 1e-12)
+        angle = np.arctan2(across, np.where(z > 1.0, z, np.nan))
+        radius = self.focal_px * (angle + self.bend * angle**3) / across
+        return np.stack([x * radius, y * radius], axis=1) + self.middle_px
+
+
+@dataclass(frozen=True)
 class BoardPose:
     """Where the middle of the board is in the reference frame, and how it is turned."""
 
@@ -70,7 +95,7 @@ class BoardPose:
 class Scene:
     """Cameras, board, poses and noise."""
 
-    cameras: tuple[TrueCamera, ...]
+    cameras: tuple[TrueCamera | TrueFisheye, ...]
     poses: tuple[BoardPose, ...]
     corner_px: float = 0.02
     """Sigma of a corner."""
@@ -106,7 +131,8 @@ class Scene:
             for view in range(len(self.cameras)):
                 xy = self.shown(picture, view)
                 noise = rng.standard_normal(xy.shape) * self.corner_px
-                inside = ((xy > 8) & (xy < (WIDTH - 9, HEIGHT - 9))).all(axis=1)
+                with np.errstate(invalid="ignore"):
+                    inside = ((xy > 8) & (xy < (WIDTH - 9, HEIGHT - 9))).all(axis=1)
                 ids = np.flatnonzero(inside)
                 if len(ids) < 6:
                     continue

@@ -72,16 +72,16 @@ def advise(
 def _candidates(adjusted: Adjusted, geometry: RigGeometry) -> tuple[list[PoseAdvice], Unknowns]:
     """Poses over a grid of places, distances and tilts, and the unknowns with these boards."""
     target, camera = adjusted.problem.target, geometry.cameras[geometry.reference]
-    size_px = np.array([camera.width_px, camera.height_px])
+    shares = np.array(list(product(_PLACES, _PLACES)))
+    pixels = shares * (camera.width_px, camera.height_px)
+    rays = camera.unproject(pixels)
     middle = adjusted.at.board_shift_mm + (adjusted.at.board_rotation @ [*target.centre_mm, 0.0])
     near_mm, far_mm = _NEARER * middle[:, 2].min(), _FARTHER * middle[:, 2].max()
     poses: list[PoseAdvice] = []
     rotations, shifts = [], []
     distances_mm = [float(value) for value in np.geomspace(near_mm, far_mm, 3)]
     places = product(distances_mm, _TILTS_DEG)
-    for (distance_mm, tilt), (across, down) in product(places, product(_PLACES, _PLACES)):
-        pixel = size_px * (across, down)
-        x, y = camera.unproject(pixel[None])[0]
+    for (distance_mm, tilt), (pixel, (x, y)) in product(places, zip(pixels, rays, strict=True)):
         if not np.isfinite(x + y):
             continue
         rotation = turns(np.radians([*tilt, 0.0]))

@@ -23,9 +23,7 @@ def epipolar_error(geometry: RigGeometry, found: Sequence[Residuals]) -> Epipola
     of a pair to the other.
     """
     by_picture: dict[int, list[Seen]] = {}
-    for residuals in found:
-        xy = geometry.cameras[residuals.view].unproject(residuals.xy_px)
-        rays = np.concatenate([xy, np.ones((len(xy), 1))], axis=1)
+    for residuals, rays in zip(found, _rays(geometry, found), strict=True):
         by_picture.setdefault(residuals.picture, []).append((residuals, rays))
     distances = [
         _distances(geometry, one, other)
@@ -40,6 +38,20 @@ def epipolar_error(geometry: RigGeometry, found: Sequence[Residuals]) -> Epipola
     return EpipolarError(
         float(all_px.mean()), float(np.percentile(all_px, 95)), float(all_px.max())
     )
+
+
+def _rays(geometry: RigGeometry, found: Sequence[Residuals]) -> list[Float]:
+    """(N, 3) of each sighting; all of a view are undistorted at once."""
+    rays = [np.empty((0, 3))] * len(found)
+    for view, camera in enumerate(geometry.cameras):
+        own = [index for index, residuals in enumerate(found) if residuals.view == view]
+        if own:
+            xy = camera.unproject(np.concatenate([found[index].xy_px for index in own]))
+            ends = np.cumsum([len(found[index].ids) for index in own])
+            whole = np.concatenate([xy, np.ones((len(xy), 1))], axis=1)
+            for index, part in zip(own, np.split(whole, ends[:-1]), strict=True):
+                rays[index] = part
+    return rays
 
 
 def _distances(geometry: RigGeometry, first: Seen, second: Seen) -> Float:

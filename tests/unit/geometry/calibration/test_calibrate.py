@@ -14,6 +14,7 @@ from tests.support.calibration_scene import (
     HEIGHT,
     WIDTH,
     Scene,
+    TrueCamera,
     flat_board_mm,
     on_stage,
     random_scene,
@@ -46,10 +47,10 @@ def sigmas_off(found: Calibration, scene: Scene) -> np.ndarray:
     geometry = found.geometry
     assert geometry.covariance is not None
     numbers = [
-        [*(a - b for a, b in zip((c.fx_px, c.fy_px, c.cx_px, c.cy_px, *c.coefficients),
-                                 (*t.focal_px, *t.middle_px, *t.lens), strict=True))]
+        np.array([c.fx_px, c.fy_px, c.cx_px, c.cy_px, *c.coefficients]) - t.numbers
         for c, t in zip(geometry.cameras, scene.cameras, strict=True)
-    ]  # fmt: skip
+        if isinstance(t, TrueCamera)
+    ]
     places: list[float] = []
     for place, true in list(zip(geometry.cam_from_reference, scene.cameras, strict=True))[1:]:
         rotation = turn(true.turned_deg)

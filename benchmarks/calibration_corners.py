@@ -1,0 +1,130 @@
+"""Corners as the fitter finds them: small pictures rendered around each, blur and noise included.
+
+Around every corner the true projection is inverted by a cubic (good to 1e-4 px), the checkers are
+sampled four times a pixel each way, blurred, integrated over the pixel, given noise and digitised;
+then the fitter that finds corners of real pictures runs on them, with the room that the markers of
+a ChArUco board leave it.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.geometry.corner_fit import fit_crossings
+from rig.geometry.sighting import Sighting
+from tests.support.calibration_scene import (
+    COLUMNS,
+    HEIGHT,
+    WIDTH,
+    Scene,
+    flat_board_mm,
+    turn,
+)
+
+Float = NDArray[np.float64]
+
+BLUR_PX, NOISE = 0.7, 2.0
+BLACK, WHITE = 40.0, 200.0
+CLEAR_SHARE = 0.25
+"""Room around a corner, in sides of a square: twice the white margin of a marker of 3/4 side."""
+SIDE = 21
+"""Of the picture around each corner, px."""
+_FINE = 4
+_PAD_PX = 3
+_REACH = 0.45
+
+
+def rendered_sightings(scene: Scene, seed: int) -> list[Sighting]:
+    """Find the corners of every picture of a scene; boards that leave the picture in part."""
+    rng = np.random.default_rng(seed)
+    found: list[Sighting] = []
+    for picture in range(len(scene.poses)):
+        for view in range(len(scene.cameras)):
+            xy_px = scene.shown(picture, view)
+            with np.errstate(invalid="ignore"):
+                inside = ((xy_px > 12) & (xy_px < (WIDTH - 13, HEIGHT - 13))).all(axis=1)
+            ids = np.flatnonzero(inside)
+            if len(ids) >= 6:
+                found.append(_sighting(scene, picture, view, ids, xy_px[ids], rng))
+    return found
+
+
+def _sighting(
+    scene: Scene,
+    picture: int,
+    view: int,
+    ids: NDArray[np.intp],
+    xy_px: Float,
+    rng: np.random.Generator,
+) -> Sighting:
+    base = np.round(xy_px)
+    inverse, axes, side_px = _inverse_maps(scene, picture, view, ids, xy_px)
+    tiles = _render(inverse, base - xy_px, ids)
+    tiles = np.clip(np.round(tiles + rng.normal(0, NOISE, tiles.shape)), 0, 255)
+    mosaic = tiles.transpose(1, 0, 2).reshape(SIDE, -1).astype(np.float32)
+    middle = np.stack([np.arange(len(ids)) * SIDE + SIDE // 2, np.full(len(ids), SIDE // 2)], 1)
+    start = middle + (xy_px - base) + rng.normal(0, 0.2, xy_px.shape)
+    fit = fit_crossings(mosaic, start, axes, CLEAR_SHARE * side_px)
+    good = np.isfinite(fit.sigma_px)
+    return Sighting(picture, view, ids[good], (fit.xy_px - middle + base)[good], fit.sigma_px[good])
+
+
+def _inverse_maps(
+    scene: Scene, picture: int, view: int, ids: NDArray[np.intp], xy_px: Float
+) -> tuple[Float, Float, Float]:
+    """(N, 10, 2) cubics from px about the corner to squares about it; edges; side in px."""
+    pose = scene.poses[picture]
+    near = np.linspace(-_REACH, _REACH, 7) * scene.square_mm
+    across, down = (a.ravel() for a in np.meshgrid(near, near))
+    offset = np.stack([across, down, np.zeros_like(across)], axis=1)
+    points = scene.board_mm()[ids][:, None] + offset
+    world = points.reshape(-1, 3) @ turn(pose.turned_deg).T + pose.middle_mm
+    shown = scene.cameras[view].project(world).reshape(len(ids), -1, 2) - xy_px[:, None]
+    squares = offset[:, :2] / scene.square_mm
+    inverse = np.linalg.pinv(_cubic(shown)) @ squares
+    by_px = np.linalg.inv(np.swapaxes(inverse[:, 1:3], 1, 2))  # px by squares, columns the edges
+    edges = np.swapaxes(by_px, 1, 2)
+    length = np.linalg.norm(edges, axis=2)
+    side_px = np.abs(np.linalg.det(by_px)) / length.max(axis=1)
+    return inverse, edges / length[..., None], side_px
+
+
+def _cubic(xy: Float) -> Float:
+    x, y = np.moveaxis(xy, -1, 0)
+    one = np.ones_like(x)
+    return np.stack([one, x, y, x * x, x * y, y * y, x**3, x * x * y, x * y * y, y**3], axis=-1)
+
+
+def _render(inverse: Float, off_px: Float, ids: NDArray[np.intp]) -> Float:
+    """(N, SIDE, SIDE) grey levels of the pixels around each corner, before noise."""
+    half = SIDE // 2 + 0.5 + _PAD_PX
+    fine = np.arange(-half + 0.5 / _FINE, half, 1 / _FINE)
+    blur = _blur(fine)
+    x, y = (a.ravel() for a in np.meshgrid(fine, fine))
+    tiles = np.empty((len(ids), SIDE, SIDE))
+    for n, (cubic, (dx, dy)) in enumerate(zip(inverse, off_px, strict=True)):
+        squares = _cubic(np.stack([x + dx, y + dy], axis=1)) @ cubic
+        white = np.sign(squares[:, 0]) * np.sign(squares[:, 1])
+        if (ids[n] // COLUMNS + ids[n] % COLUMNS) % 2:
+            white = -white
+        tiles[n] = blur @ white.reshape(len(fine), -1) @ blur.T
+    return (BLACK + WHITE) / 2 + (WHITE - BLACK) / 2 * tiles
+
+
+def _blur(fine: Float) -> Float:
+    """(SIDE, F) Gaussian and pixel integral, from fine samples to pixels along one axis."""
+    pixel = np.arange(SIDE) - SIDE // 2
+    steps = (np.arange(_FINE) + 0.5) / _FINE - 0.5
+    apart = pixel[:, None, None] + steps[None, :, None] - fine
+    weight = np.exp(-0.5 * (apart / BLUR_PX) ** 2).sum(axis=1)
+    return weight / weight.sum(axis=1, keepdims=True)
+
+
+def corner_error_px(scene: Scene, sightings: list[Sighting]) -> float:
+    """Rms error of the corners, per coordinate."""
+    errors = [s.xy_px - scene.shown(s.picture, s.view)[s.ids] for s in sightings]
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+
+
+def board_mm() -> Float:
+    """(P, 3) the board as it is described to the solver."""
+    return flat_board_mm()
