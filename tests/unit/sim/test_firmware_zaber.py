@@ -109,7 +109,7 @@ def test_an_interrupted_move_leaves_a_note() -> None:
 def test_homing_from_deep_in_the_sensor_finds_the_same_place() -> None:
     bench = Bench()
     bench.say("/1 1 home")
-    bench.wait(0.42)
+    bench.wait(0.49)
     bench.say("/1 1 stop")
     bench.wait()
     assert bench.carriage.travelled_mm(bench.clock.now_s()) > 3.0
