@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Protocol, cast
 
 from drivers.oak.discovery import open_oak
+from drivers.oak.eeprom_check import require_image
 from drivers.oak.sdk import dai
 from rig.errors import ConfigError, DeviceLostError
 
@@ -139,21 +140,13 @@ def parse_calibration(content: Mapping[str, object]) -> dai.CalibrationHandler:
     """Return an EEPROM image as the library's object.
 
     Raises:
-        ConfigError: it holds no calibration; the library itself would take anything.
+        ConfigError: it holds no calibration; names the first place that is wrong.
     """
+    require_image(content)
     try:
-        handler = dai.CalibrationHandler.fromJson(dict(content))
-        sockets = handler.getEepromData().cameraData
+        return dai.CalibrationHandler.fromJson(dict(content))
     except (RuntimeError, TypeError, ValueError) as error:
         raise ConfigError(f"this is no calibration of an OAK device: {error}") from error
-    if not sockets:
-        raise ConfigError(
-            "this calibration describes no sensor (cameraData is empty); export it again"
-        )
-    for socket in sockets:
-        if not handler.hasCameraCalibration(socket):
-            raise ConfigError(f"this calibration lacks the intrinsics of {socket.name}")
-    return handler
 
 
 def eeprom_content(handler: dai.CalibrationHandler) -> dict[str, object]:

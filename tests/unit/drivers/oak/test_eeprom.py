@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from drivers.oak.calibration import sensor_calibrations
 from drivers.oak.eeprom import Eeprom, eeprom_content, first_difference, parse_calibration
@@ -126,10 +128,66 @@ def test_what_goes_wrong_says_where_the_old_calibration_is(
     assert str(backup) in str(caught.value)
 
 
-@pytest.mark.parametrize("content", [{}, {"version": 7}, {"cameraData": 3}, {"cameraData": [[1]]}])
-def test_what_describes_no_sensor_is_no_calibration(content: dict[str, Any]):
-    with pytest.raises(ConfigError, match="calibration"):
-        parse_calibration(content)
+def changed(path: tuple[str | int, ...], value: object) -> dict[str, object]:
+    """The image of an OAK-D with one place changed; `...` takes it away."""
+    content: Any = json.loads(json.dumps(eeprom_content(oak_d())))
+    node = content
+    for step in path[:-1]:
+        node = node[step]
+    if value is ...:
+        del node[path[-1]]
+    else:
+        node[path[-1]] = value
+    return content
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "says"),
+    [
+        (("cameraData",), [], "cameraData describes no sensor"),
+        (("cameraData",), 3, "cameraData describes no sensor"),
+        (("cameraData", 0), [1], r"cameraData\[0\] is no pair"),
+        (("cameraData", 1, 0), 1, "names socket 1, which is none or came before"),
+        (("cameraData", 1, 0), 77, "names socket 77"),
+        (("cameraData", 0, 1), None, r"cameraData\[0\]\[1\] is no object"),
+        (("cameraData", 0, 1, "intrinsicMatrix"), ..., "intrinsicMatrix is no 3 x 3"),
+        (("cameraData", 0, 1, "intrinsicMatrix", 1), [0.0, 1.0], "intrinsicMatrix is no 3 x 3"),
+        (("cameraData", 0, 1, "intrinsicMatrix", 1), 4.0, "intrinsicMatrix is no list"),
+        (("cameraData", 0, 1, "intrinsicMatrix", 0, 0), -1.0, "not positive"),
+        (("cameraData", 0, 1, "intrinsicMatrix", 0, 2), float("nan"), "no number that an EEPROM"),
+        (("cameraData", 0, 1, "width"), 0, "width is no whole number from 1 on"),
+        (("cameraData", 0, 1, "distortionCoeff"), [0.0] * 15, "has 15 numbers, 14 are known"),
+        (("cameraData", 0, 1, "distortionCoeff", 2), "x", "distortionCoeff is no number"),
+        (("cameraData", 1, 1, "extrinsics", "translation", "x"), ..., "translation.x is no number"),
+        (("cameraData", 1, 1, "extrinsics", "rotationMatrix"), [], "rotationMatrix is no 3 x 3"),
+        (("cameraData", 1, 1, "extrinsics", "toCameraSocket"), 5, "towards socket 5"),
+        (("cameraData", 1, 1, "extrinsics", "toCameraSocket"), 2, "in a circle"),
+    ],
+)
+def test_what_the_library_would_take_is_refused_with_its_place(
+    path: tuple[str | int, ...], value: object, says: str
+):
+    with pytest.raises(ConfigError, match=f"no calibration of an OAK device: .*{says}"):
+        parse_calibration(changed(path, value))
+
+
+places = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=4),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.sampled_from(["x", "cameraData", "extrinsics", "width"]), inner)
+    ),
+    max_leaves=8,
+)
+
+
+@settings(deadline=None, max_examples=50)
+@given(place=st.sampled_from(["cameraData", "imuExtrinsics", "version", "boardName"]), junk=places)
+def test_any_data_is_a_calibration_or_an_error_of_ours(place: str, junk: object):
+    try:
+        parse_calibration(changed((place,), junk))
+    except ConfigError as error:
+        assert "OAK device" in str(error)
 
 
 def test_an_image_survives_the_way_through_a_file(tmp_path: Path):
