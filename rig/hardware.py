@@ -15,6 +15,7 @@ from rig.profile import (
     MarlinStageConfig,
     OakCameraConfig,
     Profile,
+    RecordingCameraConfig,
     SimCameraConfig,
     StageConfig,
     StageProtocol,
@@ -120,6 +121,10 @@ class _Bench:
                 return FolderCamera(
                     config, self._profile.views, root=Path(config.folder), clock=self.clock
                 )
+            case RecordingCameraConfig() as config:
+                from drivers.replay import ReplayCamera
+
+                return ReplayCamera(config, self._profile.views, self.clock)
             case OakCameraConfig() as config:
                 return self._oaks(config)
             case V4l2CameraConfig() as config:

@@ -90,12 +90,19 @@ CID_FOCUS_AUTO: Final = 0x009A_090C
 CID_ANALOGUE_GAIN: Final = 0x009E_0903
 
 
+_BIG_ENDIAN: Final = 1 << 31
+
+
 def fourcc(name: str) -> int:
     """Return the kernel's number of a four-letter pixel format; short names are padded."""
     return int.from_bytes(name.ljust(4).encode("ascii"), "little")
 
 
 def fourcc_name(number: int) -> str:
-    """Return the letters of a pixel format; what is no letter shows as `?`."""
-    raw = (number & 0x7FFF_FFFF).to_bytes(4, "little")
-    return "".join(chr(byte) if 32 <= byte < 127 else "?" for byte in raw).rstrip()
+    """Return the letters of a pixel format, `-BE` behind those of a big-endian one.
+
+    What is no letter shows as `?`.
+    """
+    raw = (number & ~_BIG_ENDIAN).to_bytes(4, "little")
+    letters = "".join(chr(byte) if 32 <= byte < 127 else "?" for byte in raw).rstrip()
+    return letters + ("-BE" if number & _BIG_ENDIAN else "")

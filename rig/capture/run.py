@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, nullcontext
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +20,7 @@ from rig.errors import CurveError
 from rig.interrupts import Interrupts
 from rig.profile import Profile
 from rig.rectified import Rectifier
+from rig.recording import RecordingWriter
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +33,8 @@ class CaptureRequest:
     """Stop after so many seconds; None goes on."""
     folder: Path | None
     """Where maps go; None writes nothing."""
+    recording: Path | None = None
+    """New MCAP file for all multi-views that are measured; None records nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,21 +92,31 @@ def capture_depth(
 
     Raises:
         DeviceError: the camera failed; what was written before is kept.
-        StoreError: the folder cannot be written.
+        StoreError: the folder or the recording cannot be written.
     """
     profile = rectifier.profile
     tally = CaptureTally()
     curve_id, law = (None, None) if curve is None else curve
-    folder = None if request.folder is None else CaptureFolder(request.folder, rectifier, curve_id)
     last: Measured | None = None
     is_interrupted = False
     begun_s = time.monotonic()
-    with closing(folder) if folder is not None else nullcontext(), Interrupts() as interrupts:
+    with ExitStack() as outputs, Interrupts() as interrupts:
+        recording = folder = None
+        if request.recording is not None:
+            recording = outputs.enter_context(
+                RecordingWriter(request.recording, camera.views, camera.identity)
+            )
+        if request.folder is not None:
+            folder = outputs.enter_context(
+                closing(CaptureFolder(request.folder, rectifier, curve_id))
+            )
         try:
             for measured in _until(run_capture(rectifier, camera, law, tally), request, begun_s):
                 with interrupts.held():
                     if folder is not None:
                         folder.write(measured)
+                    if recording is not None:
+                        recording.write(measured.multiview)
                     last = measured
                     on_frame(measured, tally)
         except KeyboardInterrupt:

@@ -40,6 +40,16 @@ def capture(
         bool, typer.Option("--slopes-only", help="No curve: slopes in px per view step only.")
     ] = False,
     calibration: CalibrationChoice = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            "--record",
+            metavar="FILE.mcap",
+            help="Record all multi-views into this new file; a profile with "
+            'camera.kind = "recording" plays it back.',
+            show_default=False,
+        ),
+    ] = None,
     overrides: Overrides = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -62,7 +72,7 @@ def capture(
     curve = None if slopes_only else find_curve(rectifier, curve_id, database)
     if out is None and (frames is not None or seconds is not None):
         out = new_folder(database, "captures", profile.name)
-    request = CaptureRequest(frames=frames, duration_s=seconds, folder=out)
+    request = CaptureRequest(frames=frames, duration_s=seconds, folder=out, recording=record)
     with open_camera(profile) as (camera, _), FrameProgress(frames) as progress:
         summary = capture_depth(rectifier, request, camera, curve, on_frame=progress.update)
     if as_json:

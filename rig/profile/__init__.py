@@ -4,6 +4,7 @@ from rig.profile.cameras import (
     CameraConfig,
     FolderCameraConfig,
     OakCameraConfig,
+    RecordingCameraConfig,
     SimCameraConfig,
     V4l2CameraConfig,
 )
@@ -37,6 +38,7 @@ __all__ = [
     "MarlinStageConfig",
     "OakCameraConfig",
     "Profile",
+    "RecordingCameraConfig",
     "SerialStageConfig",
     "SimCameraConfig",
     "StageConfig",

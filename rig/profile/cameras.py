@@ -120,6 +120,15 @@ class OakCameraConfig(CameraLimits):
         return self
 
 
+class RecordingCameraConfig(CameraLimits):
+    """A recording of `rig capture --record` instead of a device."""
+
+    kind: Literal["recording"]
+    """Selects a recording."""
+    file: str
+    """The MCAP file; relative paths start at the profile file."""
+
+
 ControlValue = bool | int | str
 """A switch, a number, or the name of a menu entry."""
 
@@ -175,6 +184,10 @@ class V4l2CameraConfig(CameraLimits):
 
 
 CameraConfig = Annotated[
-    SimCameraConfig | FolderCameraConfig | OakCameraConfig | V4l2CameraConfig,
+    SimCameraConfig
+    | FolderCameraConfig
+    | RecordingCameraConfig
+    | OakCameraConfig
+    | V4l2CameraConfig,
     Field(discriminator="kind"),
 ]

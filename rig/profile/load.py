@@ -71,8 +71,9 @@ def load_profile(name_or_path: str, overrides: Sequence[str] = ()) -> Profile:
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from error
     camera = data.get("camera")
-    if isinstance(camera, dict) and isinstance(camera.get("folder"), str):
-        camera["folder"] = str(path.resolve().parent / Path(camera["folder"]).expanduser())
+    for key in ("folder", "file"):
+        if isinstance(camera, dict) and isinstance(camera.get(key), str):
+            camera[key] = str(path.resolve().parent / Path(camera[key]).expanduser())
     for override in overrides:
         _apply_override(data, override)
     return parse_profile(data, source=str(path))

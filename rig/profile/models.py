@@ -9,6 +9,7 @@ from rig.profile.cameras import (
     CameraConfig,
     FolderCameraConfig,
     OakCameraConfig,
+    RecordingCameraConfig,
     SimCameraConfig,
     V4l2CameraConfig,
 )
@@ -175,5 +176,5 @@ def _by_view(camera: CameraConfig) -> dict[str, Mapping[str, object]]:
             return {"sockets": camera.sockets}
         case V4l2CameraConfig():
             return {"devices": camera.devices}
-        case SimCameraConfig():
+        case SimCameraConfig() | RecordingCameraConfig():
             return {}

@@ -12,9 +12,11 @@ import pytest
 
 from drivers.camera_array import CameraArray
 from drivers.folder import FolderCamera
+from drivers.replay import ReplayCamera
 from rig.devices import Camera, Clock, SystemClock
 from rig.errors import CaptureTimeoutError, DeviceLostError, ViewSkewError
-from rig.profile import FolderCameraConfig, ViewConfig
+from rig.profile import FolderCameraConfig, RecordingCameraConfig, ViewConfig
+from rig.recording import RecordingWriter
 from sim.faults import FaultyCamera, LateViews, LostViews, StuckCamera, UnpluggedCamera
 from tests.support.cameras import SMALL, SmallRig
 from tests.support.video_arrays import VIDEO_PERIOD_S, video_array
@@ -58,6 +60,18 @@ def make_folder(folder: Path) -> Case:
     return Case(FolderCamera(config, views, root=folder, clock=clock), clock, 4)
 
 
+def make_recording(folder: Path) -> Case:
+    rig = SmallRig(SMALL)
+    with rig.camera() as camera:
+        file = folder / "four.mcap"
+        with RecordingWriter(file, camera.views, camera.identity) as recording:
+            for _ in range(4):
+                recording.write(camera.grab(1.0))
+    config = RecordingCameraConfig(kind="recording", file=str(file))
+    clock = SystemClock()
+    return Case(ReplayCamera(config, rig.profile.views, clock), clock, 4)
+
+
 def make_oak(_: Path) -> Case:
     """The driver of OAK cameras over its pipeline, fed by simulated sensors."""
     if find_spec("depthai") is None:
@@ -87,6 +101,7 @@ def make_array_of_arrays(_: Path) -> Case:
         make_sim,
         make_healthy_wrapper,
         make_folder,
+        make_recording,
         make_oak,
         make_v4l2_array,
         make_array_of_arrays,

@@ -5,16 +5,17 @@ tests run in, and one writable share for results. Its kernel is started as an un
 (PVH). Plain emulation is enough; KVM is not asked for.
 """
 
+import contextlib
 import lzma
-import os
 import re
 import shutil
 import subprocess
-from collections.abc import Iterable, Iterator
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-MODULES = ("virtio_pci", "9pnet_virtio", "9p")
+_SHARES = ("virtio_pci", "9pnet_virtio", "9p")
 """What the guest needs to see the host's files."""
 _XZ_MAGIC = b"\xfd7zXZ\x00"
 _ELF_MAGIC = b"\x7fELF"
@@ -30,34 +31,36 @@ class GuestKernel:
 
     image: Path
     modules: Path
-    """Folder with the kernel's modules, `*.ko`."""
+    """Folder with all modules that the guest loads, `*.ko`."""
 
 
-def guest_kernel(folder: Path) -> GuestKernel:
+def guest_kernel(folder: Path, modules: Iterable[str]) -> GuestKernel:
     """Return Debian's stock kernel, fetched with apt-get and unpacked once.
 
     Args:
-        folder: kept from run to run.
+        folder: kept from run to run; 80 MB.
+        modules: kernel modules that will be asked for.
 
     Raises:
         GuestUnavailableError: not a Debian machine, or its packages cannot be reached.
     """
     package = _kernel_package()
     home = folder / package
-    kernel = GuestKernel(home / "vmlinux", home / "lib" / "modules")
-    if kernel.image.is_file():
+    kernel = GuestKernel(home / "vmlinux", home / "modules")
+    if home.is_dir():
         return kernel
-    fresh = folder / f"{package}.{os.getpid()}.part"
-    shutil.rmtree(fresh, ignore_errors=True)
-    fresh.mkdir(parents=True)
-    _run(["apt-get", "-o", "APT::Sandbox::User=root", "download", "-qq", package], fresh)
-    archive = next(fresh.glob("*.deb"))
-    _run(["dpkg-deb", "-x", str(archive), "."], fresh)
-    archive.unlink()
-    compressed = next((fresh / "boot").glob("vmlinuz-*")).read_bytes()
-    (fresh / "vmlinux").write_bytes(uncompressed(compressed))
-    shutil.rmtree(home, ignore_errors=True)
-    fresh.rename(home)
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder) as work:
+        unpacked, fresh = Path(work), Path(work) / "fresh"
+        (fresh / "modules").mkdir(parents=True)
+        _run(["apt-get", "-o", "APT::Sandbox::User=root", "download", "-qq", package], unpacked)
+        _run(["dpkg-deb", "-x", next(unpacked.glob("*.deb")).name, "."], unpacked)
+        compressed = next((unpacked / "boot").glob("vmlinuz-*")).read_bytes()
+        (fresh / "vmlinux").write_bytes(uncompressed(compressed))
+        for path in in_order(unpacked / "lib" / "modules", (*_SHARES, *modules)):
+            path.rename(fresh / "modules" / path.name)
+        with contextlib.suppress(OSError):  # another run was faster
+            fresh.rename(home)
     return kernel
 
 
@@ -100,7 +103,7 @@ def in_order(modules: Path, wanted: Iterable[str]) -> list[Path]:
     return list(ordered.values())
 
 
-def archive(files: dict[str, bytes], folders: Iterable[str]) -> bytes:
+def cpio(files: dict[str, bytes], folders: Iterable[str]) -> bytes:
     """Return a cpio archive ("newc") as the kernel reads its first files from.
 
     Source: the kernel's documentation, "initramfs buffer format".
@@ -115,7 +118,7 @@ def boot(
     kernel: GuestKernel,
     *,
     script: str,
-    modules: Iterable[str],
+    modules: Mapping[str, str],
     results: Path,
     memory_mb: int,
     timeout_s: float,
@@ -125,67 +128,64 @@ def boot(
     Args:
         kernel: what to boot.
         script: runs with the host's root as its own, read-only, and `/mnt` for results.
-        modules: kernel modules to be there as files, in order, under `/run/modules`.
+        modules: kernel modules to load before, with their parameters.
         results: folder of the host that the guest may write to, as `/mnt`.
         memory_mb: the guest's memory.
         timeout_s: longest life of the guest.
 
     Returns:
-        what the guest wrote to its console.
+        what the guest wrote to its console, and then what the script wrote.
 
     Raises:
         GuestUnavailableError: QEMU or busybox is not installed.
         subprocess.TimeoutExpired: the guest did not switch itself off in time; it is gone.
     """
-    qemu, busybox = shutil.which("qemu-system-x86_64"), shutil.which("busybox")
-    if qemu is None or busybox is None:
-        missing = "qemu-system-x86" if qemu is None else "busybox-static"
-        raise GuestUnavailableError(f"{missing} is not installed")
-    early = in_order(kernel.modules, MODULES)
-    late = [path for path in in_order(kernel.modules, modules) if path not in early]
-    listed = [f"{number:02d}_{path.name}" for number, path in enumerate((*early, *late))]
-    files = {
-        "init": _init(listed[: len(early)]).encode(),
-        "bin/busybox": Path(busybox).read_bytes(),
-    }
-    for name, path in zip(listed, (*early, *late), strict=True):
-        files[f"modules/{name}"] = path.read_bytes()
+    qemu = _installed("qemu-system-x86_64", "qemu-system-x86")
+    busybox = Path(_installed("busybox", "busybox-static"))
+    ordered = in_order(kernel.modules, (*_SHARES, *modules))
+    load = "".join(
+        f"insmod /modules/{path.name} {modules.get(path.stem, '')}\n" for path in ordered
+    )
+    files = {"init": _INIT.format(load=load).encode(), "bin/busybox": busybox.read_bytes()}
+    files |= {f"modules/{path.name}": path.read_bytes() for path in ordered}
     initramfs = results / "initramfs"
-    initramfs.write_bytes(archive(files, ("bin", "modules", "dev", "proc", "sys", "root")))
+    initramfs.write_bytes(cpio(files, ("bin", "modules", "dev", "proc", "sys", "root")))
     (results / "script").write_text(script)
     command = [
         qemu, "-M", "q35", "-cpu", "max", "-accel", "tcg,thread=multi", "-smp", "2",
         "-m", str(memory_mb), "-nographic", "-no-reboot", "-nodefaults", "-serial", "stdio",
         "-kernel", str(kernel.image), "-initrd", str(initramfs),
-        "-append", "console=ttyS0 quiet panic=-1 loglevel=4 tsc=reliable",
+        "-append", "console=ttyS0 quiet panic=-1",
         "-virtfs", "local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap",
         "-virtfs", f"local,path={results},mount_tag=results,security_model=none",
     ]  # fmt: skip
     ended = subprocess.run(
-        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-        timeout=timeout_s, check=False,
-    )  # fmt: skip
-    return ended.stdout.decode(errors="replace")
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        timeout=timeout_s,
+        check=False,
+    )
+    log = results / "log"
+    said = log.read_text(errors="replace") if log.is_file() else "(the script did not start)"
+    return ended.stdout.decode(errors="replace") + said
 
 
-def _init(early: list[str]) -> str:
-    load = "\n".join(f"insmod /modules/{name}" for name in early)
-    return f"""#!/bin/busybox sh
+_INIT = """#!/bin/busybox sh
 /bin/busybox --install -s /bin
 mount -t devtmpfs dev /dev; mount -t proc proc /proc; mount -t sysfs sys /sys
 {load}
 opt=trans=virtio,version=9p2000.L,msize=1048576
-mount -t 9p -o $opt,ro,cache=loose host /root || poweroff -f
+mount -t 9p -o $opt,ro,cache=loose host /root
 mount -t devtmpfs dev /root/dev; mount -t proc proc /root/proc; mount -t sysfs sys /root/sys
 mkdir -p /root/dev/shm /root/dev/pts
-mount -t tmpfs tmp /root/tmp; mount -t tmpfs run /root/run; mount -t tmpfs shm /root/dev/shm
 mount -t devpts pts /root/dev/pts
+for place in tmp run dev/shm; do mount -t tmpfs tmpfs /root/$place; done
 mount -t 9p -o $opt results /root/mnt
-mkdir -p /root/run/modules && cp /modules/* /root/run/modules/
 ip link set lo up
 export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp
 chroot /root /bin/sh /mnt/script >/root/mnt/log 2>&1
-echo "script ended: $?"
 sync; poweroff -f
 """
 
@@ -200,10 +200,7 @@ def _entries(entries: list[tuple[str, int, bytes]]) -> Iterator[bytes]:
 
 def _kernel_package() -> str:
     for tool in ("apt-get", "apt-cache", "dpkg-deb"):
-        if shutil.which(tool) is None:
-            raise GuestUnavailableError(
-                f"{tool} is not there: the guest is built from Debian packages"
-            )
+        _installed(tool, "a Debian system")
     shown = subprocess.run(
         ["apt-cache", "depends", "linux-image-amd64"], capture_output=True, text=True, check=False
     ).stdout
@@ -211,6 +208,13 @@ def _kernel_package() -> str:
     if found is None:
         raise GuestUnavailableError("linux-image-amd64 is in no package list; run `apt-get update`")
     return found[1]
+
+
+def _installed(tool: str, package: str) -> str:
+    found = shutil.which(tool)
+    if found is None:
+        raise GuestUnavailableError(f"{tool} is not there; it comes with {package}")
+    return found
 
 
 def _run(command: list[str], folder: Path) -> None:

@@ -1,0 +1,188 @@
+"""Recordings: what goes in comes out, also from a file that was cut off, and never nonsense."""
+
+import base64
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+
+from drivers.replay import ReplayCamera
+from rig.devices import SystemClock
+from rig.errors import DeviceLostError, DeviceNotFoundError, StoreError
+from rig.frames import Frame, MultiView
+from rig.profile import RecordingCameraConfig, ViewConfig
+from rig.recording import RecordingWriter, recorded, recorded_views
+from tests.support.command import Command
+from tests.support.small_sim import as_options
+
+VIEWS = ("left", "right")
+
+
+def taken(number: int, *, kind: type[np.generic] = np.uint16) -> MultiView:
+    """Return a multi-view with something in every field."""
+    random = np.random.default_rng(number)
+    frames = tuple(
+        Frame(
+            view=view,
+            image=random.integers(0, np.iinfo(kind).max, (6, 9)).astype(kind),
+            timestamp_s=100.0 + number / 7.0 + 0.001 * shift,
+            sequence=3 * number + shift,
+            exposure_s=0.008 if shift else None,
+            bits=10 if kind is np.uint16 else None,
+            uncertainty_s=0.002 * shift,
+        )
+        for shift, view in enumerate(VIEWS)
+    )
+    return MultiView(frames, temperature_degc=31.5 if number else None)
+
+
+def written(path: Path, count: int = 5, *, kind: type[np.generic] = np.uint16) -> list[MultiView]:
+    content = [taken(number, kind=kind) for number in range(count)]
+    with RecordingWriter(path, VIEWS, {"kind": "any", "serial": "7"}) as recording:
+        for multi_view in content:
+            recording.write(multi_view)
+    return content
+
+
+def assert_same(found: MultiView, expected: MultiView) -> None:
+    assert found.temperature_degc == expected.temperature_degc
+    for one, other in zip(found.frames, expected.frames, strict=True):
+        assert np.array_equal(one.image, other.image)
+        assert one.image.dtype == other.image.dtype
+        for name in ("view", "timestamp_s", "sequence", "exposure_s", "bits", "uncertainty_s"):
+            assert getattr(one, name) == getattr(other, name)
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16])
+def test_everything_comes_back_exactly(tmp_path: Path, kind: type[np.generic]):
+    expected = written(tmp_path / "r.mcap", kind=kind)
+    found = list(recorded(tmp_path / "r.mcap"))
+    assert recorded_views(tmp_path / "r.mcap") == VIEWS
+    for one, other in zip(found, expected, strict=True):
+        assert_same(one, other)
+
+
+def test_other_programs_find_images_by_their_schema(tmp_path: Path):
+    expected = written(tmp_path / "r.mcap")
+    with (tmp_path / "r.mcap").open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        messages = list(reader.iter_messages(topics="/right/image"))
+        metadata = {record.name: record.metadata for record in reader.iter_metadata()}
+    assert len(messages) == 5
+    schema, channel, message = messages[2]
+    assert schema is not None
+    assert (schema.name, schema.encoding) == ("foxglove.RawImage", "jsonschema")
+    assert channel.message_encoding == "json"
+    content = json.loads(message.data)
+    assert (content["encoding"], content["width"], content["step"]) == ("mono16", 9, 18)
+    pixels = np.frombuffer(base64.b64decode(content["data"]), "<u2").reshape(6, 9)
+    assert np.array_equal(pixels, expected[2].frames[1].image)
+    assert metadata["camera"] == {"kind": "any", "serial": "7"}
+
+
+def test_a_file_is_never_overwritten(tmp_path: Path):
+    written(tmp_path / "r.mcap")
+    with pytest.raises(StoreError, match="exists already"):
+        RecordingWriter(tmp_path / "r.mcap", VIEWS, {})
+    with pytest.raises(StoreError, match="cannot be written: No such file"):
+        RecordingWriter(tmp_path / "no" / "r.mcap", VIEWS, {})
+
+
+def test_a_file_that_was_cut_off_ends_with_a_whole_multi_view(tmp_path: Path):
+    big = np.random.default_rng(1).integers(0, 256, (600, 800)).astype(np.uint8)
+    path = tmp_path / "r.mcap"
+    with RecordingWriter(path, VIEWS, {}) as recording:
+        for number in range(6):
+            frames = tuple(Frame(view, big, float(number), number) for view in VIEWS)
+            recording.write(MultiView(frames))
+    content = path.read_bytes()
+    assert len(content) < 6 * 2 * 1.05 * big.size
+    counts: list[int] = []
+    for share in (0.3, 0.55, 0.8):
+        path.write_bytes(content[: int(share * len(content))])
+        found = list(recorded(path))
+        assert all(np.array_equal(f.image, big) for m in found for f in m.frames)
+        counts.append(len(found))
+    assert counts == [1, 3, 4]
+
+
+@pytest.mark.parametrize("content", [b"", b"no recording at all", bytes(5000)])
+def test_something_else_is_refused(tmp_path: Path, content: bytes):
+    (tmp_path / "r.mcap").write_bytes(content)
+    with pytest.raises(StoreError, match=r"r\.mcap: "):
+        recorded_views(tmp_path / "r.mcap")
+
+
+def damaged(content: bytes, at: int, value: int, cut: int) -> bytes:
+    spoilt = bytearray(content)
+    spoilt[at % len(spoilt)] = value
+    return bytes(spoilt[: max(1, len(spoilt) - cut)])
+
+
+@given(at=st.integers(0, 1 << 16), value=st.integers(0, 255), cut=st.integers(0, 4000))
+@settings(
+    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+def test_a_damaged_file_gives_true_images_or_is_refused(
+    tmp_path: Path, at: int, value: int, cut: int
+):
+    path = tmp_path / "r.mcap"
+    path.unlink(missing_ok=True)
+    expected = written(path, 2)
+    path.write_bytes(damaged(path.read_bytes(), at, value, cut))
+    try:
+        found = list(recorded(path))
+    except StoreError:
+        return
+    for one, other in zip(found, expected, strict=False):
+        assert all(
+            np.array_equal(f.image, g.image) for f, g in zip(one.frames, other.frames, strict=True)
+        )
+
+
+def replay(path: Path, *views: str) -> ReplayCamera:
+    config = RecordingCameraConfig(kind="recording", file=str(path))
+    places = [ViewConfig(name=view, x_steps=i, y_steps=0.0) for i, view in enumerate(views)]
+    return ReplayCamera(config, places, SystemClock())
+
+
+def test_played_back_the_times_between_views_stay(tmp_path: Path):
+    expected = written(tmp_path / "r.mcap")
+    with replay(tmp_path / "r.mcap", "right", "left") as camera:
+        found = list(camera.stream())
+        with pytest.raises(DeviceLostError, match=r"asked for multi-view 6, .* holds 5"):
+            camera.grab(1.0)
+    for one, other in zip(found, expected, strict=True):
+        assert one.skew_s == pytest.approx(other.skew_s, abs=1e-9)
+        assert [frame.view for frame in one.frames] == ["right", "left"]
+        assert np.array_equal(one.frames[0].image, other.frames[1].image)
+
+
+def test_a_recording_of_other_views_is_refused(tmp_path: Path):
+    written(tmp_path / "r.mcap")
+    with pytest.raises(DeviceNotFoundError, match="holds the views left, right, the profile has"):
+        replay(tmp_path / "r.mcap", "left", "top").__enter__()
+    with pytest.raises(DeviceNotFoundError, match="cannot be read: No such file"):
+        replay(tmp_path / "none.mcap", *VIEWS).__enter__()
+
+
+@pytest.mark.slow
+def test_a_capture_is_recorded_and_measured_again_the_same(rig: Command, tmp_path: Path):
+    file = tmp_path / "run.mcap"
+    common = ("capture", "sim", "--slopes-only", "--frames", "2", "--json")
+    board = (*as_options(), "--set", "world.capture_scene=board")
+    live = rig(*common, *board, "--record", str(file), "--out", str(tmp_path / "live"))
+    assert live.code == 0
+    played = ("--set", f"camera={{kind = 'recording', file = '{file}'}}", *as_options()[-2:])
+    again = rig(*common, *played, "--out", str(tmp_path / "again"))
+    assert again.code == 0
+    for name in ("slope_00000.pfm", "slope_00001.pfm"):
+        first = (tmp_path / "live" / name).read_bytes()
+        assert first == (tmp_path / "again" / name).read_bytes()
+    refused = rig(*common, *played, "--record", str(file), "--out", str(tmp_path / "third"))
+    assert refused.code == 1
+    assert "exists already" in refused.err
