@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Final, Self
 
 from drivers.pairing import Pairing
-from drivers.together import close_together, open_together
+from drivers.together import close_together, open_together, start_together
 from rig.devices import Camera
 from rig.errors import (
     CaptureTimeoutError,
@@ -70,7 +70,9 @@ class CameraArray:
         self._reset()
 
     def __enter__(self) -> Self:
-        """Open all cameras at the same time, and start to take their frames.
+        """Open all cameras at the same time, start them together, and take their frames.
+
+        Free-running cameras keep the phases that they start with: the closer, the better.
 
         Raises:
             DeviceError, ConfigError: one camera did not open; the others were closed again.
@@ -78,6 +80,11 @@ class CameraArray:
         """
         self._reset()
         open_together(self._cameras, name=_NAME)
+        try:
+            start_together(self._cameras)
+        except BaseException:
+            close_together(self._cameras)
+            raise
         self._is_open = True
         self._stopping.clear()
         self._threads = [

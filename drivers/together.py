@@ -2,9 +2,37 @@
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+from typing import Protocol, runtime_checkable
 
 from rig.devices import Device
 from rig.errors import DeviceError, DeviceNotFoundError
+
+
+@runtime_checkable
+class Startable(Protocol):
+    """A device that can be open before it starts, so that several start at the same moment."""
+
+    def start(self) -> None:
+        """Start; a device that has started stays as it is."""
+        ...
+
+
+def start_together(devices: Sequence[object]) -> None:
+    """Start those devices that wait for it, at the same time; raises the first error."""
+    waiting = [device for device in devices if isinstance(device, Startable)]
+    if not waiting:
+        return
+    line = Barrier(len(waiting))
+
+    def start(device: Startable) -> None:
+        line.wait()  # threads take longer to come up than devices to start
+        device.start()
+
+    with ThreadPoolExecutor(max_workers=len(waiting)) as pool:
+        starting = [pool.submit(start, device) for device in waiting]
+    for future in starting:
+        future.result()
 
 
 def open_together(devices: Sequence[Device], *, name: str) -> None:

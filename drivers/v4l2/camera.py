@@ -24,8 +24,9 @@ from rig.profile import V4l2CameraConfig
 class V4l2Camera:
     """Gives the frames of one device; keeps `Camera`.
 
-    Opening sets mode and controls, reads them back and starts the stream. The device runs freely
-    from then on; `grab` waits for the first frame whose exposure surely began after the call.
+    Opening sets mode and controls and reads them back. `start`, or else the first call for a frame,
+    starts the stream; the device runs freely from then on. `grab` waits for the first frame whose
+    exposure surely began after the call.
 
     Time of a frame: the driver tells the start of the exposure or the end of the transfer. With a
     known exposure (`exposure_s`) half of it is added or subtracted; the time of the transfer is not
@@ -57,7 +58,7 @@ class V4l2Camera:
         self._unread: Counter[str] = Counter()
 
     def __enter__(self) -> Self:
-        """Open the device, set it up and start its stream.
+        """Open the device, set it up and give it buffers.
 
         Raises:
             DeviceNotFoundError: it is not there, or no camera.
@@ -76,6 +77,22 @@ class V4l2Camera:
             self._unread = Counter()
             self._open = opening.pop_all()
         return self
+
+    def start(self) -> None:
+        """Start the stream; a stream that runs is left alone.
+
+        Raises:
+            DeviceLostError: not open, or the driver does not start.
+        """
+        self._running()
+
+    def _running(self) -> tuple[CaptureStream, AppliedMode]:
+        if not self._node.is_open or self._stream is None or self._mode is None:
+            raise DeviceLostError(
+                self._node.name, 'asked for frames, but it is not open; use "with camera:"'
+            )
+        self._stream.start()
+        return self._stream, self._mode
 
     def __exit__(
         self,
@@ -126,11 +143,7 @@ class V4l2Camera:
 
     def _next(self, timeout_s: float) -> Frame | None:
         """Return the next frame; None for one that turns out to be damaged."""
-        stream, mode = self._stream, self._mode
-        if stream is None or mode is None:
-            raise DeviceLostError(
-                self._node.name, 'asked for frames, but it is not open; use "with camera:"'
-            )
+        stream, mode = self._running()
         raw = stream.next(timeout_s)
         try:
             image = to_grey(

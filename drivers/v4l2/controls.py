@@ -71,6 +71,8 @@ class Control:
             if not found:
                 raise self._refusal(value)
             return found[0]
+        if self.kind == abi.CTRL_TYPE_BUTTON:
+            return 0  # to set it is to press it
         number = int(value)
         if self.kind == abi.CTRL_TYPE_BITMASK:
             fits = number >= 0 and not number & ~(self.most & 0xFFFF_FFFF)

@@ -59,6 +59,11 @@ class Node:
     ) -> None:
         self.close()
 
+    @property
+    def is_open(self) -> bool:
+        """Whether it is between opening and closing."""
+        return self._descriptor is not None
+
     def close(self) -> None:
         """Close the node; a second time does nothing."""
         if self._descriptor is not None:

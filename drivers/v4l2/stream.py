@@ -38,7 +38,9 @@ class RawFrame:
 
 
 class CaptureStream:
-    """Buffers of a node from `__enter__` (STREAMON) to `__exit__` (STREAMOFF).
+    """Buffers of a node: there from `__enter__` to `__exit__`, filled from `start` on.
+
+    Starting is one system call, so that several cameras can start at one moment.
 
     What cannot be used is dropped and counted in `dropped`: `damaged` (the driver set the error
     flag), `duplicate` (the same counter and time again), `lost` (the counter jumped), `timestamp`
@@ -60,28 +62,37 @@ class CaptureStream:
         self._last: RawFrame | None = None
         self._streaming_since_s = 0.0
         self._failures = 0
+        self._is_running = False
         self.dropped: Counter[str] = Counter()
 
     def __enter__(self) -> Self:
-        """Ask for buffers and start.
+        """Ask for buffers and queue them.
 
         Raises:
-            DeviceLostError: the driver gives no buffers or does not start.
+            DeviceLostError: the driver gives none.
         """
         try:
             self._allocate()
-            self._start()
-        except OSError as error:
+            self._queue_all()
+        except BaseException as error:
             self._release()
-            raise DeviceLostError(
-                self._node.name,
-                f"does not start to stream: {error.strerror}; is another program using it, or is "
-                "the USB bus full?",
-            ) from error
-        except BaseException:
-            self._release()
+            if isinstance(error, OSError):
+                raise self._not_started(error) from error
             raise
         return self
+
+    def start(self) -> None:
+        """Start the stream; a stream that runs is left alone.
+
+        Raises:
+            DeviceLostError: the driver does not start.
+        """
+        if self._is_running:
+            return
+        try:
+            self._switch_on()
+        except OSError as error:
+            raise self._not_started(error) from error
 
     def __exit__(
         self,
@@ -196,7 +207,8 @@ class CaptureStream:
         self.dropped["restart"] += 1
         try:
             self._node.ioctl(abi.VIDIOC_STREAMOFF, _capture_type())
-            self._start()
+            self._queue_all()
+            self._switch_on()
         except OSError as again:
             raise DeviceLostError(
                 self._node.name,
@@ -214,12 +226,22 @@ class CaptureStream:
             self._node.ioctl(abi.VIDIOC_QUERYBUF, buffer)
             self._memory.append(self._node.map(buffer.length, buffer.m.offset))
 
-    def _start(self) -> None:
+    def _queue_all(self) -> None:
         for index in range(len(self._memory)):
             self._node.ioctl(abi.VIDIOC_QBUF, self._buffer(index))
+
+    def _switch_on(self) -> None:
         self._streaming_since_s = self._clock.now_s()
         self._counter = None
         self._node.ioctl(abi.VIDIOC_STREAMON, _capture_type())
+        self._is_running = True
+
+    def _not_started(self, error: OSError) -> DeviceLostError:
+        return DeviceLostError(
+            self._node.name,
+            f"does not start to stream: {error.strerror}; is another program using it, or is the "
+            "USB bus full?",
+        )
 
     def _release(self) -> None:
         """Stop and give the memory back; nothing to be done where the device is gone."""

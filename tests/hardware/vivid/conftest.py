@@ -11,9 +11,12 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
+from typing import Literal, cast
 
+import numpy as np
 import pytest
 
+from rig.frames import GreyImage
 from tests.hardware.vivid.guest import GuestUnavailableError, boot, guest_kernel
 
 IS_GUEST = "RIG_VIVID_GUEST" in os.environ
@@ -31,6 +34,7 @@ VIVID = " ".join(
     ]
 )
 REPORTS = "reports.jsonl"
+PICTURES = "board.npy"
 _GUEST_TIMEOUT_S = 280.0
 
 _outcome = pytest.StashKey[dict[str, list[dict[str, object]]] | str]()
@@ -66,6 +70,7 @@ def run_in_guest(
     factory = pytest.TempPathFactory.from_config(config, _ispytest=True)
     results = factory.mktemp("vivid")
     (results / "tests").write_text("\n".join(tests))
+    np.save(results / PICTURES, board_pictures())
     try:
         kernel = guest_kernel(cache, ["vivid"])
         console = boot(
@@ -87,6 +92,22 @@ def run_in_guest(
         report = json.loads(line)
         reports.setdefault(report["nodeid"], []).append(report)
     return reports
+
+
+def board_pictures() -> GreyImage:
+    """Return what the simulated rig's reference view sees of its board at two places.
+
+    Rendered on the host: the guest's arithmetic is emulated and slow.
+    """
+    from tests.support.cameras import SmallRig  # the guest has no use for it
+
+    rig = SmallRig(("camera.width_px=640", "camera.height_px=480"))
+    pictures: list[GreyImage] = []
+    with rig.camera() as camera:
+        for at_mm in (-603.0, -500.0):
+            rig.slide.at_mm = at_mm
+            pictures.append(camera.grab(1.0).frames[0].image)
+    return cast("GreyImage", np.stack(pictures))
 
 
 def _script() -> str:
@@ -115,7 +136,7 @@ def _reports(
 
 
 def _report(
-    item: pytest.Item, outcome: str, longrepr: str | tuple[str, int, str]
+    item: pytest.Item, outcome: Literal["failed", "skipped"], longrepr: str | tuple[str, int, str]
 ) -> pytest.TestReport:
     return pytest.TestReport(
         nodeid=item.nodeid,

@@ -2,11 +2,13 @@
 
 import itertools
 import time
+from collections import deque
 from dataclasses import replace
 
 import pytest
 
 from drivers.camera_array import CameraArray
+from drivers.v4l2 import abi
 from rig.errors import (
     CaptureTimeoutError,
     ConfigError,
@@ -48,6 +50,15 @@ def test_of_several_that_are_not_there_all_are_told():
     devices[0].is_plugged = devices[2].is_plugged = False
     with pytest.raises(DeviceNotFoundError, match=r"2 of 3 did not open: .*left.*; .*top"), array:
         pass
+
+
+def test_a_stream_that_does_not_start_closes_all():
+    array, devices, _ = video_array(VIEWS)
+    devices[1].failing[abi.VIDIOC_STREAMON] = deque([28])
+    with pytest.raises(DeviceLostError, match="right: does not start to stream"), array:
+        pass
+    with array as camera:
+        assert len(camera.grab(2.0).frames) == 3
 
 
 def test_an_unplugged_camera_ends_grab_and_stream_until_opened_again():

@@ -64,6 +64,7 @@ def test_a_frame_has_its_own_pixels():
 def test_a_grab_waits_for_a_frame_whose_exposure_surely_began_after_the_call():
     bench = Bench()
     with bench.camera as camera:
+        camera.start()
         bench.clock.sleep_s(0.35)  # three old frames wait, one is being exposed
         called_s = bench.clock.now_s()
         frame = camera.grab(1.0).frames[0]
@@ -170,6 +171,7 @@ def test_a_stream_that_fails_again_and_again_is_given_up():
 def test_a_stream_that_cannot_be_restarted_says_both_errors():
     bench = Bench()
     with bench.camera as camera:
+        camera.start()
         bench.device.failing[abi.VIDIOC_DQBUF] = deque([EIO])
         bench.device.failing[abi.VIDIOC_STREAMON] = deque([EINVAL])
         with pytest.raises(DeviceLostError, match="cannot be restarted"):
@@ -182,8 +184,8 @@ def test_a_stream_that_cannot_be_restarted_says_both_errors():
 def test_a_stream_that_does_not_start_leaves_nothing_open(request_number: int):
     bench = Bench()
     bench.device.failing[request_number] = deque([ENOSPC])
-    with pytest.raises(DeviceLostError, match="does not start to stream"), bench.camera:
-        pass
+    with pytest.raises(DeviceLostError, match="does not start to stream"), bench.camera as camera:
+        camera.start()
     assert bench.kernel.open_descriptors == set()
     with bench.camera as camera:
         assert camera.grab(1.0).frames[0].view == "left"
