@@ -5,6 +5,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from types import TracebackType
 from typing import Final, Self
 
@@ -26,6 +27,15 @@ _READY: Final = 2
 _LEAD_IN: Final = "lead-in"
 
 
+@dataclass(slots=True)
+class _Grab:
+    """A call that waits for frames exposed after it."""
+
+    called_s: float
+    pairing: Pairing[MultiView]
+    multi_view: MultiView | None = None
+
+
 class CameraArray:
     """N cameras, each with its own views, as one camera; keeps `Camera`.
 
@@ -40,7 +50,8 @@ class CameraArray:
         cameras: closed; they are opened and closed with the array.
         views: all views of all cameras, in the order of every multi-view.
         period_s: time from frame to frame that was asked of the cameras.
-        max_skew_s: largest time between the views of a multi-view; at most a quarter period counts.
+        max_skew_s: largest time between the views of a multi-view; in a stream at most a quarter of
+            the period counts.
         timeout_s: longest wait for one multi-view of the stream.
 
     Raises:
@@ -152,20 +163,25 @@ class CameraArray:
         return found
 
     def grab(self, timeout_s: float) -> MultiView:
-        """See `Camera.grab`."""
+        """See `Camera.grab`.
+
+        All views are exposed after the call and within `max_skew_s` of each other. While a sweep
+        grabs nothing moves, so that cameras with any phase may be used: the limit of a quarter
+        period holds for `stream` only.
+        """
         called_s = time.monotonic()
         with self._news:
-            self._ready.clear()
-            while True:
-                self._require_running()
-                while self._ready:
-                    multi_view = self._ready.popleft()
-                    if _began_s(multi_view) >= called_s:
-                        return multi_view
-                left_s = called_s + timeout_s - time.monotonic()
-                if left_s <= 0.0:
-                    raise self._nothing_since(called_s, timeout_s)
-                self._news.wait(left_s)
+            self._grab = _Grab(called_s, self._new_pairing(is_static=True))
+            try:
+                while self._grab.multi_view is None:
+                    self._require_running()
+                    left_s = called_s + timeout_s - time.monotonic()
+                    if left_s <= 0.0:
+                        raise self._nothing_since(called_s, timeout_s, self._grab.pairing)
+                    self._news.wait(left_s)
+                return self._grab.multi_view
+            finally:
+                self._grab = None
 
     def stream(self) -> Iterator[MultiView]:
         """See `Camera.stream`."""
@@ -198,7 +214,7 @@ class CameraArray:
                     return None
                 left_s = asked_s + self._timeout_s - time.monotonic()
                 if left_s <= 0.0:
-                    raise self._nothing_since(asked_s, self._timeout_s)
+                    raise self._nothing_since(asked_s, self._timeout_s, self._pairing)
                 self._news.wait(left_s)
 
     def _take(self, index: int) -> None:
@@ -223,6 +239,8 @@ class CameraArray:
     def _pair(self, index: int, multi_view: MultiView) -> None:
         with self._news:
             self._newest_s[index] = _began_s(multi_view)
+            if self._grab is not None and self._newest_s[index] >= self._grab.called_s:
+                self._answer(self._grab, index, multi_view)
             outcome = self._pairing.push(index, multi_view.timestamp_s, multi_view)
             for group in outcome.groups:
                 if len(self._ready) == _READY:
@@ -231,6 +249,12 @@ class CameraArray:
                 self._ready.append(self._composed(group))
             if outcome.groups:
                 self._news.notify_all()
+
+    def _answer(self, grab: "_Grab", index: int, multi_view: MultiView) -> None:
+        outcome = grab.pairing.push(index, multi_view.timestamp_s, multi_view)
+        if outcome.groups and grab.multi_view is None:
+            grab.multi_view = self._composed(outcome.groups[0])
+            self._news.notify_all()
 
     def _composed(self, group: Sequence[MultiView]) -> MultiView:
         by_view: dict[str, Frame] = {f.view: f for part in group for f in part.frames}
@@ -245,7 +269,9 @@ class CameraArray:
         if self._failure is not None:
             raise self._failure
 
-    def _nothing_since(self, since_s: float, timeout_s: float) -> DeviceError:
+    def _nothing_since(
+        self, since_s: float, timeout_s: float, pairing: Pairing[MultiView]
+    ) -> DeviceError:
         """Return the error that tells whether frames were missing or only did not match."""
         missing = tuple(
             view
@@ -253,10 +279,10 @@ class CameraArray:
             if newest_s < since_s
             for view in camera.views
         )
-        skew_s = self._pairing.last_rejected_s
+        skew_s = pairing.last_rejected_s
         if missing or skew_s is None:
             return CaptureTimeoutError(_NAME, missing=missing or self._views, timeout_s=timeout_s)
-        return ViewSkewError(_NAME, skew_s=skew_s, allowed_s=self._pairing.limit_s)
+        return ViewSkewError(_NAME, skew_s=skew_s, allowed_s=pairing.limit_s)
 
     def _reset(self) -> None:
         self._is_open = False
@@ -266,8 +292,15 @@ class CameraArray:
         self._late = 0
         self._ready: deque[MultiView] = deque()
         self._newest_s = [float("-inf")] * len(self._cameras)
-        self._pairing = Pairing[MultiView](
-            len(self._cameras), period_s=self._period_s, max_skew_s=self._max_skew_s
+        self._grab: _Grab | None = None
+        self._pairing = self._new_pairing(is_static=False)
+
+    def _new_pairing(self, *, is_static: bool) -> Pairing[MultiView]:
+        return Pairing(
+            len(self._cameras),
+            period_s=self._period_s,
+            max_skew_s=self._max_skew_s,
+            is_static=is_static,
         )
 
 

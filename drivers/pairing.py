@@ -78,12 +78,17 @@ class Pairing(Generic[Item]):
         period_s: time from frame to frame that was asked of all of them; which of them is the
             slowest is measured.
         max_skew_s: largest time between the frames of one group.
+        is_static: whether the scene stands still, so that a frame of another instant does as well:
+            then only `max_skew_s` counts.
     """
 
-    def __init__(self, cameras: int, *, period_s: float, max_skew_s: float) -> None:
+    def __init__(
+        self, cameras: int, *, period_s: float, max_skew_s: float, is_static: bool = False
+    ) -> None:
         self._queues = [_Queue[Item](period_s) for _ in range(cameras)]
         self._asked_s = period_s
         self._max_skew_s = max_skew_s
+        self._is_static = is_static
         self._leader = 0
         self._has_begun = False
         self.dropped: Counter[tuple[int, str]] = Counter()
@@ -94,7 +99,7 @@ class Pairing(Generic[Item]):
     @property
     def limit_s(self) -> float:
         """Largest skew of a group at this moment."""
-        return min(self._max_skew_s, self._period_s / 4.0)
+        return self._max_skew_s if self._is_static else min(self._max_skew_s, self._period_s / 4.0)
 
     @property
     def _period_s(self) -> float:

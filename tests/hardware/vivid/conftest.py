@@ -11,12 +11,10 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
-from typing import Literal, cast
+from typing import Literal
 
-import numpy as np
 import pytest
 
-from rig.frames import GreyImage
 from tests.hardware.vivid.guest import GuestUnavailableError, boot, guest_kernel
 
 IS_GUEST = "RIG_VIVID_GUEST" in os.environ
@@ -34,10 +32,14 @@ VIVID = " ".join(
     ]
 )
 REPORTS = "reports.jsonl"
-PICTURES = "board.npy"
+ON_HOST = "test_measured_on_host.py"
+NEEDED_ON_HOST = "tests/hardware/vivid/test_sweep.py"
 _GUEST_TIMEOUT_S = 280.0
 
-_outcome = pytest.StashKey[dict[str, list[dict[str, object]]] | str]()
+Outcome = dict[str, list[dict[str, object]]] | str
+"""Reports by test, or why there is no guest."""
+_outcome = pytest.StashKey[Outcome]()
+_folder = pytest.StashKey[Path]()
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
@@ -49,11 +51,9 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
 
 def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
     """On the host: report what the guest found instead of running the test here."""
-    if IS_GUEST or HERE not in item.path.parents:
+    if IS_GUEST or not _belongs_to_guest(item):
         return None
-    outcome = item.session.stash.get(_outcome, None)
-    if outcome is None:
-        outcome = item.session.stash[_outcome] = run_in_guest(item.session, item.config)
+    outcome = _outcome_of(item.session)
     item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
     for report in _reports(item, outcome):
         item.ihook.pytest_runtest_logreport(report=report)
@@ -61,18 +61,41 @@ def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
     return True
 
 
-def run_in_guest(
-    session: pytest.Session, config: pytest.Config
-) -> dict[str, list[dict[str, object]]] | str:
-    """Return reports by test, or why there is no guest."""
-    tests = [item.nodeid for item in session.items if HERE in item.path.parents]
+@pytest.fixture
+def guest_results(request: pytest.FixtureRequest) -> Path:
+    """The folder that the guest wrote to, for tests of the host that go on with it."""
+    outcome = _outcome_of(request.session)
+    if isinstance(outcome, str):
+        pytest.skip(f"no guest: {outcome}")
+    return request.session.stash[_folder]
+
+
+def _belongs_to_guest(item: pytest.Item) -> bool:
+    return HERE in item.path.parents and item.path.name != ON_HOST
+
+
+def _outcome_of(session: pytest.Session) -> Outcome:
+    if _outcome not in session.stash:
+        session.stash[_outcome] = run_in_guest(session, session.config)
+    return session.stash[_outcome]
+
+
+def run_in_guest(session: pytest.Session, config: pytest.Config) -> Outcome:
+    """Boot the guest, and let it run all tests of this folder that were asked for."""
+    tests = [item.nodeid for item in session.items if _belongs_to_guest(item)]
+    if any(item.path.name == ON_HOST for item in session.items) and not any(
+        test.startswith(NEEDED_ON_HOST) for test in tests
+    ):
+        tests.append(NEEDED_ON_HOST)
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "rig-tests")
     factory = pytest.TempPathFactory.from_config(config, _ispytest=True)
-    results = factory.mktemp("vivid")
+    results = session.stash[_folder] = factory.mktemp("vivid")
     (results / "tests").write_text("\n".join(tests))
-    np.save(results / PICTURES, board_pictures())
+    from tests.hardware.vivid.render import render_all  # the guest has no use for it
+
     try:
         kernel = guest_kernel(cache, ["vivid"])
+        render_all(results)
         console = boot(
             kernel,
             script=_script(),
@@ -86,28 +109,12 @@ def run_in_guest(
     except subprocess.TimeoutExpired as error:
         console = f"the guest did not end within {error.timeout:.0f} s"
     (results / "console").write_text(console)
-    reports: dict[str, list[dict[str, object]]] = {"": [{"longrepr": console}]}
+    reports: dict[str, list[dict[str, object]]] = {"": [{"console": console}]}
     file = results / REPORTS
     for line in file.read_text().splitlines() if file.is_file() else ():
         report = json.loads(line)
         reports.setdefault(report["nodeid"], []).append(report)
     return reports
-
-
-def board_pictures() -> GreyImage:
-    """Return what the simulated rig's reference view sees of its board at two places.
-
-    Rendered on the host: the guest's arithmetic is emulated and slow.
-    """
-    from tests.support.cameras import SmallRig  # the guest has no use for it
-
-    rig = SmallRig(("camera.width_px=640", "camera.height_px=480"))
-    pictures: list[GreyImage] = []
-    with rig.camera() as camera:
-        for at_mm in (-603.0, -500.0):
-            rig.slide.at_mm = at_mm
-            pictures.append(camera.grab(1.0).frames[0].image)
-    return cast("GreyImage", np.stack(pictures))
 
 
 def _script() -> str:
@@ -124,15 +131,14 @@ cat /proc/uptime
 """
 
 
-def _reports(
-    item: pytest.Item, outcome: dict[str, list[dict[str, object]]] | str
-) -> list[pytest.TestReport]:
+def _reports(item: pytest.Item, outcome: Outcome) -> list[pytest.TestReport]:
     if isinstance(outcome, dict) and item.nodeid in outcome:
         return [pytest.TestReport._from_json(report) for report in outcome[item.nodeid]]
     if isinstance(outcome, str):
         where = (str(item.path), (item.location[1] or 0) + 1, f"Skipped: no guest: {outcome}")
         return [_report(item, "skipped", where)]
-    return [_report(item, "failed", f"the guest did not report:\n{outcome['']}")]
+    console = outcome[""][0]["console"]
+    return [_report(item, "failed", f"the guest did not report on this test:\n{console}")]
 
 
 def _report(

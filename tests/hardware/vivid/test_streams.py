@@ -147,7 +147,7 @@ def test_unplugged_in_the_middle_and_plugged_in_again():
     again = four()
     with again as camera:
         multi_view = camera.grab(3.0)
-    assert multi_view.skew_s <= 0.05
+    assert multi_view.skew_s <= 0.2
     assert np.ptp(multi_view.frames[2].image) > 50
 
 

@@ -1,0 +1,43 @@
+"""Pictures for the guest, rendered on the host: the guest's arithmetic is emulated and slow."""
+
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+
+from rig.frames import GreyImage
+from sim.camera import SimCamera
+from sim.clock import VirtualClock
+from sim.world import World
+from tests.hardware.vivid.sweep_bench import VARIANTS, places_mm, simulated_profile, stops
+from tests.support.cameras import Slide, SmallRig
+
+
+def render_all(folder: Path) -> None:
+    """Write everything that the guest's cameras are to see."""
+    np.save(folder / "board.npy", board_pictures())
+    np.save(folder / "sweep.npy", sweep_pictures())
+
+
+def board_pictures() -> GreyImage:
+    """Return what the simulated rig's reference view sees of its board at two places."""
+    rig = SmallRig(("camera.width_px=640", "camera.height_px=480"))
+    pictures: list[GreyImage] = []
+    with rig.camera() as camera:
+        for at_mm in (-603.0, -500.0):
+            rig.slide.at_mm = at_mm
+            pictures.append(camera.grab(1.0).frames[0].image)
+    return cast("GreyImage", np.stack(pictures))
+
+
+def sweep_pictures() -> GreyImage:
+    """Return what all views of the sweep's rig see at its stops, (stops, variants, V, H, W)."""
+    profile, slide, clock = simulated_profile(), Slide(), VirtualClock()
+    world = World(profile, clock=clock, carriage=slide, scene="board")
+    assert profile.camera.kind == "sim"
+    found: list[GreyImage] = []
+    with SimCamera(profile.camera, world) as camera:
+        for slide.at_mm in places_mm(profile, stops()):
+            found.extend(camera.grab(1.0).stack() for _ in range(VARIANTS))
+    stacked = np.stack(found)
+    return cast("GreyImage", stacked.reshape(-1, VARIANTS, *stacked.shape[1:]))

@@ -1,0 +1,106 @@
+"""The taking part of `rig sweep` over V4L2 cameras and a GRBL stage, each behind its own driver.
+
+The host rendered what the cameras see, and measures what they gave (`test_measured_on_host`).
+"""
+
+import queue
+import shutil
+import threading
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rig.database import open_store, software_versions
+from rig.devices import SystemClock
+from rig.hardware import open_hardware
+from rig.sweep.take import SweepTimes, run_sweep
+from sim.carriage import Carriage
+from sim.firmware.grbl import GrblFirmware
+from sim.wire.serve import serve_on_pty
+from tests.hardware.vivid.bench import capture_path, output_path, use_loop, use_webcam
+from tests.hardware.vivid.output import VideoOutput
+from tests.hardware.vivid.sweep_bench import (
+    SIZE_PX,
+    VIEWS,
+    Screens,
+    camera_profile,
+    load_pictures,
+    places_mm,
+    simulated_profile,
+    stops,
+)
+
+pytestmark = pytest.mark.slow
+
+RESULTS = Path("/mnt")
+
+
+def stage_port(carriage: Carriage) -> str:
+    """Return the port of a simulated stage that moves the carriage, in real time."""
+    world = simulated_profile().world
+    assert world is not None
+    firmware = GrblFirmware(world.firmware, carriage, SystemClock())
+    ready: queue.Queue[str] = queue.Queue()
+    serve = threading.Thread(
+        target=serve_on_pty, args=(firmware,), kwargs={"on_ready": ready.put}, daemon=True
+    )
+    serve.start()
+    return ready.get(timeout=10.0)
+
+
+def test_every_sample_of_a_sweep_comes_through_the_kernel_as_it_was_rendered(tmp_path: Path):
+    truth, halts, pictures = simulated_profile(), stops(), load_pictures(RESULTS)
+    assert truth.world is not None
+    carriage = Carriage(truth.world.carriage, SystemClock())
+    devices = {view: str(capture_path(number)) for number, view in enumerate(VIEWS)}
+    profile = camera_profile(stage_port(carriage), devices)
+    assert profile.sweep is not None
+    seen: list[int] = []
+    with ExitStack() as bench:
+        outputs: list[VideoOutput] = []
+        for number in range(len(VIEWS)):
+            use_loop(number, "index=0")
+            bench.callback(use_webcam, number)
+            output = VideoOutput(output_path(number), width_px=SIZE_PX[0], height_px=SIZE_PX[1])
+            outputs.append(bench.enter_context(output))
+        bench.enter_context(Screens(outputs, pictures, carriage, places_mm(truth, halts)))
+        hardware = bench.enter_context(open_hardware(profile))
+        store = bench.enter_context(open_store(f"sqlite:///{tmp_path}/sweep/rig.sqlite"))
+        hardware.stage.home()
+        sweep_id = store.create_sweep(
+            rig=profile.name,
+            profile=profile.model_dump(mode="json"),
+            stops=halts,
+            samples_per_stop=profile.sweep.samples,
+            versions=software_versions(),
+            devices={"camera": dict(hardware.camera.identity), "stage": {}},
+        )
+        for taken in run_sweep(
+            halts,
+            stage=hardware.stage,
+            camera=hardware.camera,
+            clock=hardware.clock,
+            samples=profile.sweep.samples,
+            settle_s=profile.sweep.settle_s,
+            move_timeout_s=30.0,
+            grab_timeout_s=profile.camera.timeout_s,
+            times=SweepTimes(),
+        ):
+            for number, frame in enumerate(taken.multiview.frames):
+                shown = pictures[taken.stop.index, :, number]
+                assert any(np.array_equal(frame.image, picture) for picture in shown), (
+                    f"{frame.view} at {taken.stop.distance_mm} mm is no picture of this stop"
+                )
+            store.add_sample(
+                sweep_id,
+                stop=taken.stop.index,
+                number=taken.sample,
+                reached_mm=taken.reached_mm,
+                multiview=taken.multiview,
+            )
+            seen.append(taken.stop.index)
+        store.finish_sweep(sweep_id, "finished")
+    assert seen == [index for index in range(len(halts)) for _ in range(2)]
+    shutil.copytree(tmp_path / "sweep", RESULTS / "sweep")
