@@ -5,7 +5,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Final, Self, cast
+from typing import Any, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,7 +145,7 @@ def load_pictures(folder: Path) -> Pictures:
 
 
 def _with_views(profile: Profile) -> dict[str, Any]:
-    data = cast("dict[str, Any]", profile.model_dump(mode="json", exclude_unset=True))
+    data = profile.model_dump(mode="json", exclude_unset=True)
     data["views"] = [view for view in data["views"] if view["name"] in VIEWS]
     errors = data["world"]["view_errors"]
     data["world"]["view_errors"] = {name: errors[name] for name in errors if name in VIEWS}
