@@ -19,8 +19,8 @@ from rig.devices import Camera
 from rig.errors import CurveError
 from rig.interrupts import Interrupts
 from rig.profile import Profile
-from rig.rectified import Rectifier
 from rig.recording import RecordingWriter
+from rig.rectified import Rectifier
 
 
 @dataclass(frozen=True, slots=True)
