@@ -1,7 +1,8 @@
-"""Stored images as a camera: one file per view and multi-view, found by name or pattern."""
+"""Stored images as a camera: files or a video per view, found by name or pattern."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Self, cast
@@ -10,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.video import SUFFIXES, StoredVideo
 from rig.devices import Clock
 from rig.errors import ConfigError, DeviceLostError, DeviceNotFoundError
 from rig.frames import Frame, GreyImage, MultiView
@@ -23,7 +25,8 @@ class FolderCamera:
     """Gives every stored multi-view once, in the order of its file names; keeps `Camera`.
 
     Numbers inside names sort as numbers: `img_2` comes before `img_10`. Patterns may reach into
-    folders, so that the frames of a sweep are a camera too: `stop_*/sample_*/left.png`.
+    folders, so that the frames of a sweep are a camera too: `stop_*/sample_*/left.png`. One video
+    per view is a camera as well; its pictures are taken in order.
 
     Stored images have no freshness: `grab` returns the next multi-view whenever it is called, and
     its timestamp is the time of reading. After the last one `grab` raises `DeviceLostError`;
@@ -43,12 +46,17 @@ class FolderCamera:
         self._views = tuple(view.name for view in views)
         self._root = root
         self._clock = clock
-        self._multi_views: list[tuple[Path, ...]] | None = None
+        self._multi_views: list[tuple[_Stored, ...]] | None = None
+        self._videos: dict[Path, StoredVideo] = {}
         self._next = 0
         self._like: GreyImage | None = None
 
     def __enter__(self) -> Self:
-        self._multi_views = self._find()
+        try:
+            self._multi_views = self._find()
+        except BaseException:
+            self._close()
+            raise
         self._next = 0
         self._like = None
         return self
@@ -59,7 +67,13 @@ class FolderCamera:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        self._close()
+
+    def _close(self) -> None:
         self._multi_views = None
+        for video in self._videos.values():
+            video.close()
+        self._videos.clear()
 
     @property
     def identity(self) -> Mapping[str, str]:
@@ -89,7 +103,7 @@ class FolderCamera:
                 f"asked for multi-view {self._next + 1}, {self._root} holds {len(stored)}; "
                 "ask for fewer frames or open it again",
             )
-        images = [self._read(path) for path in stored[self._next]]
+        images = [self._read(picture) for picture in stored[self._next]]
         read_s, sequence = self._clock.now_s(), self._next
         self._next += 1
         return MultiView(
@@ -104,24 +118,24 @@ class FolderCamera:
         while self._next < len(self._stored()):
             yield self.grab(self._config.timeout_s)
 
-    def _stored(self) -> list[tuple[Path, ...]]:
+    def _stored(self) -> "list[tuple[_Stored, ...]]":
         if self._multi_views is None:
             raise DeviceLostError(_NAME, 'asked for frames, but it is not open; use "with camera:"')
         return self._multi_views
 
-    def _find(self) -> list[tuple[Path, ...]]:
+    def _find(self) -> "list[tuple[_Stored, ...]]":
         if not self._root.is_dir():
             raise DeviceNotFoundError(_NAME, f"{self._root} is no folder; set camera.folder")
         found = {view: self._matches(view) for view in self._views}
-        counts = {view: len(paths) for view, paths in found.items()}
+        counts = {view: len(pictures) for view, pictures in found.items()}
         if len(set(counts.values())) > 1:
             listed = ", ".join(f"{view} {count}" for view, count in counts.items())
             raise DeviceNotFoundError(
-                _NAME, f"views of {self._root} differ in their number of files: {listed}"
+                _NAME, f"views of {self._root} differ in their number of pictures: {listed}"
             )
         return list(zip(*found.values(), strict=True))
 
-    def _matches(self, view: str) -> list[Path]:
+    def _matches(self, view: str) -> "list[_Stored]":
         pattern = self._config.files[view]
         try:
             paths = [path for path in self._root.glob(pattern) if path.is_file()]
@@ -135,10 +149,22 @@ class FolderCamera:
                 f"no file for view {view}: {pattern!r} matches nothing in {self._root}; "
                 "correct camera.files",
             )
-        return sorted(paths, key=lambda path: _natural(path.relative_to(self._root)))
+        paths = sorted(paths, key=lambda path: _natural(path.relative_to(self._root)))
+        return [stored for path in paths for stored in self._pictures_in(path)]
 
-    def _read(self, path: Path) -> GreyImage:
-        image = _read_grey(path)
+    def _pictures_in(self, path: Path) -> "list[_Stored]":
+        if path.suffix.lower() not in SUFFIXES:
+            return [_Stored(path)]
+        if path not in self._videos:
+            self._videos[path] = StoredVideo(path)
+        return [_Stored(path, number) for number in range(len(self._videos[path]))]
+
+    def _read(self, stored: "_Stored") -> GreyImage:
+        path = stored.path
+        if stored.number is None:
+            image = _read_grey(path)
+        else:
+            image = self._videos[path].picture(stored.number)
         if self._like is None:
             self._like = image
         elif image.shape != self._like.shape or image.dtype != self._like.dtype:
@@ -148,6 +174,15 @@ class FolderCamera:
                 "all views of a camera must be alike",
             )
         return image
+
+
+@dataclass(frozen=True, slots=True)
+class _Stored:
+    """Where one picture of one view is."""
+
+    path: Path
+    number: int | None = None
+    """Which picture of a video; None for an image."""
 
 
 def _read_grey(path: Path) -> GreyImage:

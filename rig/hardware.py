@@ -85,28 +85,43 @@ def open_what_answers(profile: Profile) -> Generator[Answers]:
 
 
 @contextmanager
-def open_camera(profile: Profile) -> Generator[tuple[Camera, Clock]]:
+def open_camera(
+    profile: Profile, *, target_in_hand: bool = False
+) -> Generator[tuple[Camera, Clock]]:
     """Open only the camera of a profile; no stage is touched.
+
+    Args:
+        profile: the rig.
+        target_in_hand: whether somebody shows the target to it; a simulated rig then does.
 
     Raises:
         DeviceError: the camera is not there or does not answer.
     """
     with ExitStack() as stack:
-        bench = _Bench(profile, stack, uses_stage=False)
+        bench = _Bench(profile, stack, uses_stage=False, target_in_hand=target_in_hand)
         yield stack.enter_context(bench.camera()), bench.clock
 
 
 class _Bench:
     """Makes each part when it is asked for; a real bench never imports `sim`."""
 
-    def __init__(self, profile: Profile, stack: ExitStack, *, uses_stage: bool) -> None:
+    def __init__(
+        self,
+        profile: Profile,
+        stack: ExitStack,
+        *,
+        uses_stage: bool,
+        target_in_hand: bool = False,
+    ) -> None:
         self._profile = profile
         self._world: World | None = None
         self.clock: Clock = SystemClock()
         if profile.is_simulated(with_stage=uses_stage):
             from sim.bench import plugged_world
 
-            world = stack.enter_context(plugged_world(profile, uses_stage=uses_stage))
+            world = stack.enter_context(
+                plugged_world(profile, uses_stage=uses_stage, target_in_hand=target_in_hand)
+            )
             self._world, self.clock = world, world.clock
 
     def camera(self) -> Camera:

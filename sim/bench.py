@@ -18,12 +18,15 @@ from sim.world import World
 
 
 @contextmanager
-def plugged_world(profile: Profile, *, uses_stage: bool) -> Generator[World]:
+def plugged_world(
+    profile: Profile, *, uses_stage: bool, target_in_hand: bool = False
+) -> Generator[World]:
     """Build the World of a profile and plug its stage into the serial port that it names.
 
     Args:
         profile: a profile with a `[world]`.
         uses_stage: whether the stage takes part; it decides what stands before the camera.
+        target_in_hand: whether a hand shows the board, where no stage carries it.
 
     Raises:
         ConfigError: the profile has no `[world]`.
@@ -32,11 +35,13 @@ def plugged_world(profile: Profile, *, uses_stage: bool) -> Generator[World]:
     clock: Clock = SystemClock() if config.clock == "real" else VirtualClock()
     carriage = Carriage(config.carriage, clock)
     scene = config.sweep_scene if uses_stage else config.capture_scene
+    if target_in_hand:
+        scene = "board"
     with ExitStack() as stack:
         if uses_stage and profile.stage is not None and profile.stage.port.startswith("sim://"):
             firmware = make_firmware(profile.stage.kind, config.firmware, carriage, clock)
             stack.enter_context(plug(profile.stage.port, firmware))
-        yield World(profile, clock=clock, carriage=carriage, scene=scene)
+        yield World(profile, clock=clock, carriage=carriage, scene=scene, in_hand=target_in_hand)
 
 
 def make_firmware(

@@ -23,6 +23,7 @@ from rig.profile import (
 from rig.profile.world import Vector, ViewErrorConfig, WorldConfig
 from sim.board import INK, PAPER, Board
 from sim.charuco_print import charuco_print
+from sim.hand import Hand, Reach
 from sim.optics import TrueCamera
 from sim.scenes.catalogue import Scene, static_shapes
 from sim.surface import cast
@@ -63,12 +64,21 @@ class World:
         clock: time of the whole bench; `t_s` below is its time.
         carriage: what moves the board.
         scene: what stands before the cameras: `board`, or `desk` without a board.
+        in_hand: whether a hand shows the board, in place of the carriage.
 
     Raises:
         ConfigError: the profile lacks a part that this scene needs.
     """
 
-    def __init__(self, profile: Profile, *, clock: Clock, carriage: Carriage, scene: Scene) -> None:
+    def __init__(
+        self,
+        profile: Profile,
+        *,
+        clock: Clock,
+        carriage: Carriage,
+        scene: Scene,
+        in_hand: bool = False,
+    ) -> None:
         camera = profile.camera
         if profile.world is None or not isinstance(camera, SimCameraConfig | OakCameraConfig):
             raise ConfigError(
@@ -86,6 +96,7 @@ class World:
         self._began_s = clock.now_s()
         target = profile.target
         self._print = charuco_print(target) if isinstance(target, CharucoConfig) else ()
+        self._hand = self._new_hand() if in_hand else None
 
     def moment(self, t_s: float) -> Moment:
         """Return everything that a picture taken at `t_s` depends on."""
@@ -177,6 +188,8 @@ class World:
         target = self.profile.target
         if self.scene != "board" or target is None:
             return None
+        if self._hand is not None:
+            return self._printed(target, *self._hand.pose(t_s - self._began_s))
         config = self.config
         travelled_mm = self._carriage.travelled_mm(t_s)
         travelled_mm = round(travelled_mm / _POSITION_GRID_MM) * _POSITION_GRID_MM
@@ -185,6 +198,26 @@ class World:
         start_mm = np.array([*config.board_offset_mm, config.carriage.board_at_machine_zero_mm])
         x_mm, y_mm, z_mm = (start_mm + travelled_mm * axis).tolist()
         return self._printed(target, (x_mm, y_mm, z_mm), (*config.board_tilt_deg, 0.0))
+
+    def _new_hand(self) -> Hand:
+        board = self._board_at_rest()
+        half_width_mm, half_height_mm = board.half_size_mm.tolist()
+        reach = Reach(
+            focal_px=self.config.optics.focal_px,
+            half_size_px=(self._camera.width_px / 2.0, self._camera.height_px / 2.0),
+            half_board_mm=(half_width_mm, half_height_mm),
+        )
+        return Hand(self.config.hand, reach, seed=self.config.seed)
+
+    def _board_at_rest(self) -> Board:
+        """The board of the profile, in the middle of the world.
+
+        Raises:
+            ConfigError: the profile has none.
+        """
+        if self.profile.target is None:
+            raise ConfigError(f"profile {self.profile.name}: a hand needs a [target] to show")
+        return self._printed(self.profile.target, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
     def _printed(self, target: TargetConfig, centre_mm: Vector, rotation_deg: Vector) -> Board:
         """The board of the profile at a place."""

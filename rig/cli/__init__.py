@@ -7,6 +7,7 @@ import typer
 
 from rig import __version__
 from rig.cli import profile, sim
+from rig.cli.calibrate import calibrate
 from rig.cli.capture import capture
 from rig.cli.check import check
 from rig.cli.compare import compare
@@ -30,6 +31,7 @@ app = typer.Typer(
 )
 app.command()(devices)
 app.command()(check)
+app.command()(calibrate)
 app.command()(sweep)
 app.command()(capture)
 app.command()(compare)

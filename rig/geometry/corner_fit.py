@@ -135,7 +135,9 @@ class _Window:
         spare = np.maximum(weight.sum(axis=1) - _PARAMETERS, 1)
         variance = (weight * residual**2).sum(axis=1) / spare
         position = np.einsum("nkk->nk", inverse)[:, :2] / scale[:, :2] ** 2
-        return change, np.sqrt(variance * position.mean(axis=1))
+        square = variance * position.mean(axis=1)
+        # A singular fit may come out negative: it has no sigma, and is no corner.
+        return change, np.sqrt(np.where(square >= 0, square, np.nan))
 
 
 @dataclass(frozen=True, slots=True)

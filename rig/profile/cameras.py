@@ -39,7 +39,8 @@ class FolderCameraConfig(CameraLimits):
     folder: str
     """Folder with the images; relative paths start at the profile file."""
     files: dict[str, str]
-    """By view name: a file name or pattern (`left_*.png`); one match per multi-view, in order."""
+    """By view name: a file name or pattern (`left_*.png`), one match per multi-view, in order; or
+    a video, which holds them all."""
 
 
 class OakCameraConfig(CameraLimits):

@@ -142,6 +142,23 @@ class FirmwareConfig(Model):
     """More, where it is a Marlin."""
 
 
+class HandConfig(Model):
+    """A hand that holds the board before the cameras, as in a geometric calibration."""
+
+    hold_s: Positive = 0.9
+    """How long it holds the board still."""
+    move_s: Positive = 0.3
+    """How long it takes to the next pose."""
+    nearest_mm: Positive = 380.0
+    """Nearest distance of the board."""
+    farthest_mm: Positive = 900.0
+    """Farthest."""
+    tilt_deg: NotNegative = 38.0
+    """Largest tilt."""
+    roll_deg: NotNegative = 15.0
+    """Largest turn in the plane of the picture."""
+
+
 class TemperatureConfig(Model):
     """Slow warming of the rig: T(t) = start + rise * (1 - exp(-t / time))."""
 
@@ -178,6 +195,8 @@ class WorldConfig(Model):
     """Mechanics of the stage."""
     firmware: FirmwareConfig = FirmwareConfig()
     """Controller of the stage."""
+    hand: HandConfig = HandConfig()
+    """The hand that shows the board where no stage carries it."""
     temperature: TemperatureConfig = TemperatureConfig()
     """Warming of the rig."""
     board_tilt_deg: tuple[float, float] = (0.0, 0.0)

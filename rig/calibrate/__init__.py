@@ -1,0 +1,7 @@
+"""Geometric calibration of a rig: from pictures of a target to a stored calibration.
+
+    pictures (live, on the stage, recorded) -> sight -> solve -> conclude
+
+`pictures` and `live` take them, `album` keeps them as they are taken, `coverage` and `guide` say
+what to show next, `sight` looks for the target, `solve` is a pure function of what was sighted.
+"""

@@ -1,0 +1,88 @@
+"""How well the pictures taken so far cover views, tilts and distances."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.calibrate.sight import Sighted, all_sightings
+from rig.geometry.calibration.start_cameras import Seen, board_pose, guess_camera
+from rig.geometry.targets import Target
+
+Float = NDArray[np.float64]
+
+COLUMNS, ROWS = 5, 4
+"""The grid in which the area of a picture is counted."""
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """What the target was seen in."""
+
+    cells: NDArray[np.intp]
+    """(V, ROWS, COLUMNS) corners seen in each part of each view's picture."""
+    shared: NDArray[np.intp]
+    """(V, V) pictures in which both views show the target."""
+    tilts_deg: Float
+    """(K, 2) tilt about x and y of the boards in the view that shows most of them."""
+    distances_mm: Float
+    """(K,) their distances, as good as a first guess of the focal length."""
+
+    @property
+    def area_share(self) -> Float:
+        """(V,) share of the parts that have shown corners."""
+        return (self.cells > 0).mean(axis=(1, 2))
+
+    def line(self, names: Sequence[str]) -> str:
+        """One line for people."""
+        area = ", ".join(f"{n} {a:.0%}" for n, a in zip(names, self.area_share, strict=True))
+        pairs = [
+            f"{names[i]}-{names[j]} {self.shared[i, j]}"
+            for i in range(len(names))
+            for j in range(i + 1, len(names))
+        ]
+        words = f"area {area}; pairs {', '.join(pairs)}"
+        if not len(self.distances_mm):
+            return words
+        low, high = self.tilts_deg.min(axis=0), self.tilts_deg.max(axis=0)
+        return (
+            f"{words}; tilt about x {low[0]:+.0f}..{high[0]:+.0f}, about y "
+            f"{low[1]:+.0f}..{high[1]:+.0f} deg; distance "
+            f"{self.distances_mm.min():.0f}..{self.distances_mm.max():.0f} mm"
+        )
+
+
+def coverage_of(sighted: Sequence[Sighted], target: Target, view_count: int) -> Coverage:
+    """Count what the pictures cover."""
+    cells = np.zeros((view_count, ROWS, COLUMNS), np.intp)
+    shared = np.zeros((view_count, view_count), np.intp)
+    for one in sighted:
+        shared[np.ix_(one.views, one.views)] += 1
+        for sighting in one.sightings:
+            width_px, height_px = one.sizes_px[sighting.view]
+            column = (sighting.xy_px[:, 0] / width_px * COLUMNS).astype(np.intp)
+            row = (sighting.xy_px[:, 1] / height_px * ROWS).astype(np.intp)
+            place = np.clip(row, 0, ROWS - 1), np.clip(column, 0, COLUMNS - 1)
+            np.add.at(cells[sighting.view], place, 1)
+    tilts_deg, distances_mm = _poses(sighted, target, shared)
+    return Coverage(cells, shared, tilts_deg, distances_mm)
+
+
+def _poses(
+    sighted: Sequence[Sighted], target: Target, shared: NDArray[np.intp]
+) -> tuple[Float, Float]:
+    view = int(np.diag(shared).argmax())
+    points_mm = target.points_mm.reshape(-1, 3)
+    boards = [Seen(points_mm[s.ids, :2], s.xy_px) for s in all_sightings(sighted) if s.view == view]
+    if not boards:
+        return np.empty((0, 2)), np.empty(0)
+    camera = guess_camera(boards, sighted[0].sizes_px[view], "none").camera
+    poses = [pose for pose in (board_pose(camera, board) for board in boards) if pose is not None]
+    if not poses:
+        return np.empty((0, 2)), np.empty(0)
+    normals = np.stack([pose.rotation[:, 2] for pose in poses])
+    # A board turned about x shows its normal up or down; about y, right or left.
+    tilts_deg = np.degrees(np.arctan2(normals[:, [1, 0]] * (-1, 1), normals[:, [2]]))
+    middle_mm = points_mm.mean(axis=0)
+    return tilts_deg, np.array([float(pose.apply(middle_mm)[2]) for pose in poses])

@@ -1,0 +1,70 @@
+"""Stored pictures in place of a profile's camera."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rig.errors import ConfigError
+from rig.profile import FolderCameraConfig, Profile
+
+_VIDEOS = ("mp4", "avi", "mkv", "mov", "m4v", "webm")
+_IMAGES = ("png", "jpg", "jpeg", "tif", "tiff", "bmp", "pgm")
+
+
+def stored_pictures(profile: Profile, given: Sequence[str], root: Path) -> Profile:
+    """Return the profile with stored pictures for a camera.
+
+    Args:
+        profile: the rig.
+        given: one folder, in which every view is a video `VIEW.mp4`, a folder `VIEW` of images, or
+            images whose names begin with the view's; or `VIEW=PATTERN` for every view.
+        root: where relative patterns start.
+
+    Raises:
+        ConfigError: a view is left out, unknown, or has nothing in the folder.
+    """
+    names = [view.name for view in profile.views]
+    if len(given) == 1 and "=" not in given[0]:
+        folder = Path(given[0]).expanduser().absolute()
+        files = {name: _pattern(folder, name) for name in names}
+    else:
+        folder = root
+        files = dict(_pair(text) for text in given)
+        if set(files) != set(names):
+            raise ConfigError(
+                f"--frames names {', '.join(sorted(files))}; give one VIEW=PATTERN for each of "
+                f"{', '.join(names)}, or one folder"
+            )
+        files = {name: _below(folder, pattern) for name, pattern in files.items()}
+        folder = Path(folder.anchor)
+    camera = FolderCameraConfig(kind="folder", folder=str(folder), files=files)
+    return profile.model_copy(update={"camera": camera, "world": None})
+
+
+def _pair(text: str) -> tuple[str, str]:
+    name, equals, pattern = text.partition("=")
+    if not (equals and name and pattern):
+        raise ConfigError(f"--frames {text}: write VIEW=PATTERN, or one folder alone")
+    return name, pattern
+
+
+def _below(folder: Path, pattern: str) -> str:
+    """The pattern from the root of the file system, which the folder camera starts from."""
+    path = (folder / Path(pattern).expanduser()).absolute()
+    return path.relative_to(path.anchor).as_posix()
+
+
+def _pattern(folder: Path, name: str) -> str:
+    if not folder.is_dir():
+        raise ConfigError(f"--frames {folder}: no such folder")
+    for pattern in (
+        *(f"{name}.{suffix}" for suffix in _VIDEOS),
+        *(f"{name}/*.{suffix}" for suffix in _IMAGES),
+        *(f"{name}*.{suffix}" for suffix in _IMAGES),
+        *(f"*/{name}.{suffix}" for suffix in _IMAGES),
+    ):
+        if next(folder.glob(pattern), None) is not None:
+            return pattern
+    raise ConfigError(
+        f"--frames {folder}: nothing for view {name}; expected {name}.mp4, images in {name}/, or "
+        f"images {name}*.png; or name them with --frames {name}=PATTERN"
+    )

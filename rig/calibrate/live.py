@@ -1,0 +1,100 @@
+"""A target in the hand: which of the live pictures are worth keeping."""
+
+from collections.abc import Callable, Generator, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from typing import Protocol
+
+import numpy as np
+
+from rig.calibrate.pictures import Picture
+from rig.calibrate.sight import Sighted, sight
+from rig.devices import Camera, Clock
+from rig.geometry.sighting import Sighting
+from rig.geometry.targets import Target
+
+STILL_PX = 0.3
+"""Largest motion of the corners between two pictures of a target at rest."""
+_NEW_SHARE = 0.04
+"""A pose is new if corners moved by this share of the picture's width since every kept one."""
+_PAUSE_S = 0.3
+"""Between two pictures of which the second shows whether the target rests."""
+
+
+class Watcher(Protocol):
+    """Hears of every picture, kept or not."""
+
+    def __call__(self, sighted: Sighted, *, moving: bool) -> None:
+        """Take note."""
+        ...
+
+
+def held_pictures(
+    camera: Camera,
+    clock: Clock,
+    target: Target,
+    kept: Sequence[Sighted],
+    *,
+    first: int,
+    timeout_s: float,
+    patience_s: float,
+    watch: Watcher,
+    held: Callable[[], AbstractContextManager[None]] = nullcontext,
+) -> Generator[tuple[Picture, Sighted]]:
+    """Yield pictures in which a target rests where it has not been yet.
+
+    Views of one picture may be exposed a little apart; a target at rest does not mind.
+
+    Args:
+        camera: open.
+        clock: of the bench.
+        target: what to look for.
+        kept: pictures that are there already.
+        first: number of the first new picture.
+        timeout_s: longest wait for a multi-view.
+        patience_s: ends when nothing new has come for so long.
+        watch: hears of every picture.
+        held: context in which an interrupt waits until the picture is stored.
+    """
+    taken = list(kept)
+    before: Sighted | None = None
+    number, since_s = first, clock.now_s()
+    while clock.now_s() - since_s < patience_s:
+        with held():
+            picture = Picture(number, camera.grab(timeout_s))
+            now = sight(picture, target)
+            moving = before is None or motion_px(before, now) > STILL_PX
+            watch(now, moving=moving)
+            if now.views and not moving and _is_new(now, taken):
+                taken.append(now)
+                yield picture, now
+                number, since_s = number + 1, clock.now_s()
+        before = now
+        clock.sleep_s(_PAUSE_S)
+
+
+def motion_px(first: Sighted, last: Sighted) -> float:
+    """Largest rms motion of the corners that a view shows in both pictures; infinite for none."""
+    return max(_motions_px(first, last), default=float("inf"))
+
+
+def _is_new(now: Sighted, taken: Sequence[Sighted]) -> bool:
+    wanted_px = _NEW_SHARE * now.sizes_px[0][0]
+    return all(
+        max(_motions_px(now, one), default=float("inf")) > wanted_px
+        for one in taken
+        if one.stage_mm is None
+    )
+
+
+def _motions_px(first: Sighted, last: Sighted) -> list[float]:
+    others = {sighting.view: sighting for sighting in last.sightings}
+    pairs = [(s, others[s.view]) for s in first.sightings if s.view in others]
+    return [motion for motion in (_motion_px(*pair) for pair in pairs) if motion is not None]
+
+
+def _motion_px(first: Sighting, last: Sighting) -> float | None:
+    _, here, there = np.intersect1d(first.ids, last.ids, return_indices=True)
+    if not len(here):
+        return None
+    moved = np.linalg.norm(first.xy_px[here] - last.xy_px[there], axis=1)
+    return float(np.sqrt(np.mean(moved**2)))

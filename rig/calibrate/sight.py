@@ -1,0 +1,94 @@
+"""Look for the target in every view of a picture."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from rig.calibrate.pictures import Picture
+from rig.errors import TargetError
+from rig.frames import Frame
+from rig.geometry.sighting import Sighting
+from rig.geometry.targets import Detection, Target, find_target
+
+
+@dataclass(frozen=True, slots=True)
+class Sighted:
+    """What one picture shows of the target; the picture itself is let go."""
+
+    number: int
+    stage_mm: float | None
+    sizes_px: tuple[tuple[int, int], ...]
+    """(width, height) of each view."""
+    found: tuple[Detection | TargetError, ...]
+    """Per view: the corners, or why there are none."""
+
+    @property
+    def sightings(self) -> tuple[Sighting, ...]:
+        """Of the views that show it."""
+        return tuple(
+            Sighting(self.number, view, seen.ids, seen.xy_px, seen.sigma_px)
+            for view, seen in enumerate(self.found)
+            if isinstance(seen, Detection)
+        )
+
+    @property
+    def views(self) -> tuple[int, ...]:
+        """Views that show it."""
+        return tuple(v for v, seen in enumerate(self.found) if isinstance(seen, Detection))
+
+
+@dataclass(slots=True)
+class Tally:
+    """How often the target was found, and why it was not."""
+
+    names: tuple[str, ...]
+    pictures: int = 0
+    found: list[int] = field(default_factory=list[int])
+    reasons: list[Counter[str]] = field(default_factory=list[Counter[str]])
+    last: TargetError | None = None
+    """The latest reason in full."""
+
+    def __post_init__(self) -> None:
+        self.found = [0] * len(self.names)
+        self.reasons = [Counter() for _ in self.names]
+
+    def add(self, sighted: Sighted) -> None:
+        """Count one picture."""
+        self.pictures += 1
+        for view, seen in enumerate(sighted.found):
+            if isinstance(seen, TargetError):
+                self.reasons[view][seen.reason] += 1
+                self.last = seen
+            else:
+                self.found[view] += 1
+
+    def lines(self) -> list[str]:
+        """One line per view."""
+        return [
+            f"{name}: target in {found} of {self.pictures} pictures"
+            + "".join(f", {count} {reason}" for reason, count in reasons.most_common())
+            for name, found, reasons in zip(self.names, self.found, self.reasons, strict=True)
+        ]
+
+
+def sight(picture: Picture, target: Target) -> Sighted:
+    """Look for the target in all views of a picture."""
+    frames = picture.multiview.frames
+    return Sighted(
+        picture.number,
+        picture.stage_mm,
+        tuple((frame.image.shape[1], frame.image.shape[0]) for frame in frames),
+        tuple(_look(frame, target) for frame in frames),
+    )
+
+
+def _look(frame: Frame, target: Target) -> Detection | TargetError:
+    try:
+        return find_target(frame.image, target)
+    except TargetError as error:
+        return error
+
+
+def all_sightings(sighted: Sequence[Sighted]) -> list[Sighting]:
+    """Return the sightings of many pictures."""
+    return [sighting for one in sighted for sighting in one.sightings]

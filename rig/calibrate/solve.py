@@ -1,0 +1,72 @@
+"""From sightings to a calibration: a pure function of what was found."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from rig.calibrate.sight import Sighted, all_sightings
+from rig.errors import CalibrationError
+from rig.geometry.calibration import Calibration, calibrate
+from rig.geometry.calibration.calibrate import Fixed
+from rig.geometry.half_turn import agree_on_turns
+from rig.geometry.lens import LensModel
+from rig.geometry.rig_geometry import RigGeometry
+from rig.geometry.targets import Target
+from rig.profile import Profile
+
+
+@dataclass(frozen=True, slots=True)
+class SolveChoices:
+    """How to solve."""
+
+    lens: LensModel | Literal["auto"] = "auto"
+    start: RigGeometry | None = None
+    """Geometry to start from."""
+    fixed: Fixed = "none"
+    """What of it to hold still."""
+
+
+def solve(
+    profile: Profile, target: Target, sighted: Sequence[Sighted], choices: SolveChoices
+) -> Calibration:
+    """Solve cameras, their places, the target and the stage from all pictures.
+
+    The same pictures give the same calibration to the last digit.
+
+    Args:
+        profile: the rig.
+        target: what was looked for.
+        sighted: pictures and what was found in them.
+        choices: how to solve.
+
+    Raises:
+        CalibrationError: the pictures do not determine the geometry.
+    """
+    names = tuple(view.name for view in profile.views)
+    sightings = all_sightings(sighted)
+    if not sightings:
+        raise CalibrationError(
+            f"calibration of {profile.name} asked for, the target is in none of {len(sighted)} "
+            "pictures"
+        )
+    sizes_px = sighted[0].sizes_px
+    points_mm = target.points_mm.reshape(-1, 3)
+    if not target.has_one_way_up:
+        sightings = list(agree_on_turns(sightings, points_mm, sizes_px, names))
+    stage_mm = {
+        one.number: one.stage_mm for one in sighted if one.stage_mm is not None and one.sightings
+    }
+    return calibrate(
+        sightings,
+        points_mm,
+        sizes_px,
+        names,
+        profile.reference,
+        stage_mm=stage_mm or None,
+        lens=choices.lens,
+        start=choices.start,
+        fixed=choices.fixed,
+        steps=np.array([[view.x_steps, view.y_steps] for view in profile.views]),
+    )

@@ -1,0 +1,118 @@
+"""`rig calibrate`: cameras, their places, the target and the stage, in one solve."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
+from rig.cli.output import show, show_json, tell
+
+
+class LensChoice(StrEnum):
+    """Lens models."""
+
+    AUTO = "auto"
+    BROWN5 = "brown5"
+    BROWN8 = "brown8"
+    FISHEYE = "fisheye"
+    NONE = "none"
+
+
+class Held(StrEnum):
+    """What of a start is held still."""
+
+    NONE = "none"
+    INTRINSICS = "intrinsics"
+    ALL = "all"
+
+
+def calibrate(
+    profile_name: ProfileName,
+    *,
+    stage: Annotated[
+        bool,
+        typer.Option(
+            "--stage",
+            help="First let the stage carry the target through known positions: its axis, scale "
+            "and zero are solved with the cameras.",
+        ),
+    ] = False,
+    frames: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--frames",
+            metavar="DIR | VIEW=PATTERN",
+            help="Stored pictures or videos instead of the camera: a folder that names the views, "
+            "or one pattern or video per view.",
+            show_default=False,
+        ),
+    ] = None,
+    pictures: Annotated[
+        int, typer.Option("--pictures", min=3, help="Most pictures of a target in the hand.")
+    ] = 60,
+    lens: Annotated[
+        LensChoice, typer.Option("--lens", help="Model of all lenses; auto: by cross-validation.")
+    ] = LensChoice.AUTO,
+    start: Annotated[
+        int | None,
+        typer.Option(
+            "--start", metavar="ID", help="Calibration to start from.", show_default=False
+        ),
+    ] = None,
+    fix: Annotated[Held, typer.Option("--fix", help="What of --start to hold still.")] = Held.NONE,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with the newest unfinished one of this rig.")
+    ] = False,
+    overrides: Overrides = None,
+    database: DatabaseUrl = None,
+    as_json: AsJson = False,
+) -> None:
+    """Calibrate all cameras of a rig together, from pictures of its target.
+
+    Show the target still, in many places, distances and tilts; the program says what is missing
+    and stops when more would not help. Every picture is on the disk before the next is taken:
+    after Ctrl-C or a crash `--resume` goes on. Ends with the depth error that the calibration
+    alone causes; exit code 3 says that the calibration is weak, and why.
+    """
+    from rig.calibrate.frames import stored_pictures
+    from rig.calibrate.run import CalibrateRequest, run_calibration
+    from rig.calibrate.solve import SolveChoices
+    from rig.cli.progress import Progress
+    from rig.database import open_store
+    from rig.geometry.rig_geometry_json import geometry_from_json
+    from rig.interrupts import Interrupts
+    from rig.profile.load import load_profile
+
+    if fix is not Held.NONE and start is None:
+        raise typer.BadParameter(f"--fix {fix.value}: give the calibration with --start")
+    profile = load_profile(profile_name, overrides or ())
+    if frames:
+        profile = stored_pictures(profile, frames, Path.cwd())
+    with open_store(database) as store:
+        begin = None if start is None else geometry_from_json(store.calibration(start).geometry)
+        request = CalibrateRequest(
+            profile,
+            SolveChoices(lens=lens.value, start=begin, fixed=fix.value),
+            most_pictures=pictures,
+            on_stage=stage,
+            resume=resume,
+        )
+        try:
+            with Interrupts() as interrupts, Progress(None) as progress:
+                result = run_calibration(request, store, interrupts, progress.report, tell)
+        except KeyboardInterrupt:
+            tell(f"interrupted; the pictures are kept: rig calibrate {profile_name} --resume")
+            raise typer.Exit(130) from None
+    if as_json:
+        show_json(result.as_dict())
+    else:
+        for line in result.lines():
+            show(line)
+    if not result.calibration.verdict.good:
+        tell(
+            f"rig: weak calibration; sweeps and captures take it only on purpose: "
+            f"--calibration {result.calibration_id}"
+        )
+        raise typer.Exit(3)

@@ -1,0 +1,149 @@
+"""Which way up each view has taken a board that looks the same after half a turn."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.errors import CalibrationError
+from rig.geometry.calibration.start_cameras import Seen, board_pose, guess_camera
+from rig.geometry.sighting import Sighting
+
+Float = NDArray[np.float64]
+_Key = tuple[int, int]
+
+_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
+_APART_RAD = np.radians(40.0)
+"""Rotations between two views further apart than this are two answers, not one."""
+_CLEARLY = 2.0
+"""The wrong answer must disagree with itself so many times as much as the right one."""
+_LEAST_RAD = np.radians(2.0)
+
+
+def agree_on_turns(
+    sightings: Sequence[Sighting],
+    points_mm: Float,
+    sizes_px: Sequence[tuple[int, int]],
+    names: Sequence[str],
+) -> tuple[Sighting, ...]:
+    """Turn sightings by half a turn where another view of the same picture needs it.
+
+    The views do not move against each other: of the two ways in which a pair of views may have
+    taken a picture's board, that one is right which gives the same rotation between the views in
+    all pictures.
+
+    Args:
+        sightings: of one board, numbered the same after half a turn: point i becomes P - 1 - i.
+        points_mm: (P, 3) points of the board.
+        sizes_px: (width, height) of each view.
+        names: of each view.
+
+    Raises:
+        CalibrationError: the pictures fit both ways, because the board never turns in them.
+    """
+    turned = _poses(sightings, points_mm, sizes_px)
+    flipped: dict[_Key, bool] = {}
+    settled: list[int] = []
+    waiting = list(range(len(names)))
+    while waiting:
+        shared = [
+            (len(_shared(turned, view, other)), -view, -other)
+            for view in waiting
+            for other in settled
+        ]
+        count, view, other = max(shared, default=(0, -waiting[0], 0))
+        view, other = -view, -other
+        found = _turns_between(turned, flipped, view, other, names) if count else {}
+        for picture in (p for p, v in turned if v == view):
+            flipped[picture, view] = found.get(picture, False)
+        waiting.remove(view)
+        settled.append(view)
+    last = len(points_mm) - 1
+    return tuple(
+        replace(s, ids=last - s.ids) if flipped.get((s.picture, s.view)) else s for s in sightings
+    )
+
+
+def _poses(
+    sightings: Sequence[Sighting], points_mm: Float, sizes_px: Sequence[tuple[int, int]]
+) -> dict[_Key, Float]:
+    """Rotation cam_from_board by picture and view, from first guesses of the cameras."""
+    rotations: dict[_Key, Float] = {}
+    for view, size_px in enumerate(sizes_px):
+        own = [s for s in sightings if s.view == view]
+        if not own:
+            continue
+        boards = [Seen(points_mm[s.ids, :2], s.xy_px) for s in own]
+        camera = guess_camera(boards, size_px, "none").camera
+        for sighting, board in zip(own, boards, strict=True):
+            pose = board_pose(camera, board)
+            if pose is not None:
+                rotations[sighting.picture, view] = pose.rotation
+    return rotations
+
+
+def _shared(rotations: dict[_Key, Float], view: int, other: int) -> list[int]:
+    return sorted(p for p, v in rotations if v == view and (p, other) in rotations)
+
+
+@dataclass(frozen=True, slots=True)
+class _Answer:
+    """One rotation between two views, and how well all pictures agree with it."""
+
+    rotation: Float
+    spread_rad: float
+
+
+def _turns_between(
+    rotations: dict[_Key, Float],
+    flipped: dict[_Key, bool],
+    view: int,
+    other: int,
+    names: Sequence[str],
+) -> dict[int, bool]:
+    """By picture, whether `view` took the board half a turn away from what `other` did."""
+    pictures = _shared(rotations, view, other)
+    both = np.stack(
+        [
+            [rotations[p, view] @ turn @ _settled(rotations, flipped, p, other).T for turn in turns]
+            for p in pictures
+            for turns in [(np.eye(3), _HALF_TURN)]
+        ]
+    )
+    answers = sorted(
+        (_Answer(r, _spread_rad(both, r)) for r in both.reshape(-1, 3, 3)),
+        key=lambda answer: answer.spread_rad,
+    )
+    best = answers[0]
+    rival = next(
+        (a for a in answers if _angles_rad(a.rotation[None], best.rotation)[0] > _APART_RAD), None
+    )
+    if rival is not None and rival.spread_rad < _CLEARLY * max(best.spread_rad, _LEAST_RAD):
+        raise CalibrationError(
+            f"views {names[other]} and {names[view]}: the board looks the same after half a turn, "
+            f"and {len(pictures)} pictures fit both ways (to "
+            f"{np.degrees(best.spread_rad):.1f} and {np.degrees(rival.spread_rad):.1f} deg); tilt "
+            "the board to all sides, or use one with an odd and an even number of corners"
+        )
+    angles = np.stack([_angles_rad(both[:, way], best.rotation) for way in (0, 1)], axis=1)
+    return {p: bool(way) for p, way in zip(pictures, angles.argmin(axis=1), strict=True)}
+
+
+def _settled(
+    rotations: dict[_Key, Float], flipped: dict[_Key, bool], picture: int, view: int
+) -> Float:
+    own = rotations[picture, view]
+    return own @ _HALF_TURN if flipped.get((picture, view)) else own
+
+
+def _spread_rad(both: Float, rotation: Float) -> float:
+    """Median over pictures of the angle to the nearer of both ways."""
+    angles = np.stack([_angles_rad(both[:, way], rotation) for way in (0, 1)], axis=1)
+    return float(np.median(angles.min(axis=1)))
+
+
+def _angles_rad(rotations: Float, rotation: Float) -> Float:
+    """(N,) angles between (N, 3, 3) rotations and one."""
+    trace = np.einsum("nij,ij->n", rotations, rotation)
+    return np.arccos(np.clip((trace - 1) / 2, -1, 1))

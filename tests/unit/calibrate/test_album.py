@@ -1,0 +1,54 @@
+"""Pictures of a calibration on disk: there as they were taken, also after a crash."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rig.calibrate.album import SOLVED, Album
+from rig.calibrate.pictures import Picture
+from rig.errors import ConfigError, StoreError
+from rig.profile.load import load_profile
+from tests.support.multiviews import noisy_multiview
+
+
+def test_pictures_come_back_as_they_were_taken(tmp_path: Path):
+    album = Album.new(tmp_path, load_profile("sim"))
+    taken = [Picture(n, noisy_multiview(seed=n), stage_mm=100.0 * n or None) for n in range(3)]
+    for picture in taken:
+        album.keep(picture)
+    back = list(Album.unfinished(tmp_path, load_profile("sim")).pictures())
+    assert [(p.number, p.stage_mm) for p in back] == [(0, None), (1, 100.0), (2, 200.0)]
+    for one, other in zip(taken, back, strict=True):
+        assert np.array_equal(one.multiview.stack(), other.multiview.stack())
+
+
+def test_a_line_cut_off_by_a_crash_costs_its_picture_only(tmp_path: Path):
+    album = Album.new(tmp_path, load_profile("sim"))
+    for number in range(2):
+        album.keep(Picture(number, noisy_multiview(seed=number)))
+    file = album.folder / "pictures.jsonl"
+    file.write_text(file.read_text()[:-20])
+    assert [picture.number for picture in album.pictures()] == [0]
+    album.keep(Picture(1, noisy_multiview(seed=9)))
+    assert [picture.number for picture in album.pictures()] == [0, 1]
+
+
+def test_a_damaged_picture_is_not_read_silently(tmp_path: Path):
+    album = Album.new(tmp_path, load_profile("sim"))
+    album.keep(Picture(0, noisy_multiview(seed=1)))
+    next(album.folder.glob("picture_000/*.png")).write_bytes(b"nothing")
+    with pytest.raises(StoreError):
+        list(album.pictures())
+
+
+def test_only_an_unfinished_album_of_the_same_rig_is_resumed(tmp_path: Path):
+    profile = load_profile("sim")
+    with pytest.raises(ConfigError, match="none is unfinished"):
+        Album.unfinished(tmp_path, profile)
+    album = Album.new(tmp_path, profile)
+    with pytest.raises(ConfigError, match="target of the profile has changed"):
+        Album.unfinished(tmp_path, load_profile("sim", ("target.square_mm=30.0",)))
+    album.write(SOLVED, "{}")
+    with pytest.raises(ConfigError, match="none is unfinished"):
+        Album.unfinished(tmp_path, profile)
