@@ -14,6 +14,8 @@ _FILL_REACH_PX = 32
 
 _CONTRADICTION = 0.55 * MISFIT_LIMIT
 _SPOT_RADIUS_PX, _REGION_RADIUS_PX, _REGION_SHARE = 2, 15, 0.3
+_START_ERROR, _HOLD_RADIUS_PX = 0.2, 3
+"""Error of the slope before the line fit, in labels, 1 sigma."""
 _KEPT_SHARE = 0.35
 """Share of the white noise power that counts in the stitched slope: the line fit weighs fine grey
 edges most, where the prefilter has taken noise away. Calibrated on rendered scenes."""
@@ -26,6 +28,7 @@ def judge(
     lines: LineFits,
     hidden: NDArray[np.bool_],
     scales: Scales,
+    step_px: float,
     range_px: float,
     warnings: tuple[str, ...],
 ) -> SlopeMap:
@@ -45,7 +48,8 @@ def judge(
     spread = _KEPT_SHARE * (scales.noise / scales.smoothed_noise) ** 2
     power = np.float32(spread) * np.maximum(misfit, np.float32(scales.smoothed_noise**2))
     blind_px = range_px / np.sqrt(12.0)
-    sigma = np.minimum(np.sqrt(power * variance), blind_px).astype(np.float32)
+    kept_px = np.float32(_START_ERROR * step_px) * _held_back(lines)
+    sigma = np.minimum(np.sqrt(power * variance + kept_px**2), blind_px).astype(np.float32)
     evident = sigma < 0.25 * blind_px
     sigma[_contradicted(lines.misfit)] = blind_px
     away = cv2.distanceTransform((~evident).astype(np.uint8), cv2.DIST_L2, 3)
@@ -58,6 +62,15 @@ def judge(
     slope = np.where(none, np.float32(np.nan), slope_px).astype(np.float32)
     sigma[none] = np.nan
     return SlopeMap(slope, sigma, label, warnings)
+
+
+def _held_back(lines: LineFits) -> NDArray[np.float32]:
+    """Share of the start's error that one step leaves, (H, W).
+
+    Grey noise makes lines look steeper than they are, so that each step is too short.
+    """
+    signal, all_of_it = (mean(m, _HOLD_RADIUS_PX) for m in (lines.signal, lines.information))
+    return 1 - np.clip(signal / np.maximum(all_of_it, np.float32(1e-12)), 0, 1)
 
 
 def _contradicted(misfit: NDArray[np.float32]) -> NDArray[np.bool_]:

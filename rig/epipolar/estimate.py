@@ -55,7 +55,8 @@ def estimate_slopes(
     views, warnings = _usable(views)
     cameras = Cameras(views.x_steps, views.y_steps, views.reference)
     images = equalise(views.images, cameras, window)
-    scales = measure_scales(images, views.reference)
+    quantum = 0.0 if views.images.dtype == np.float32 else 1.0
+    scales = measure_scales(images, views.reference, quantum)
     if views.noise is not None:
         scales = replace(scales, noise=max(scales.noise, views.noise))
     images = _smooth(images, scales.prefilter_px)
@@ -72,7 +73,9 @@ def estimate_slopes(
     slope = window.hold(stitched)
     hidden = hidden_somewhere(slope, views.x_steps, views.y_steps, 2.0 * cameras.step_px)
     range_px = slope_range_px[1] - slope_range_px[0]
-    return judge(slope, variance, misfit, lines, hidden, scales, range_px, warnings)
+    return judge(
+        slope, variance, misfit, lines, hidden, scales, cameras.step_px, range_px, warnings
+    )
 
 
 def _settle_edges(
@@ -99,7 +102,10 @@ def _refine(
 ) -> tuple[LineFits, Stitched]:
     """Move every pixel's line one step to its optimum, and join the optima of neighbours."""
     x_steps, y_steps, reference = cameras.x_steps, cameras.y_steps, cameras.reference
-    lines = fit_lines(images, x_steps, y_steps, reference, slope_px, scales.doubt, cameras.step_px)
+    lines = fit_lines(
+        images, x_steps, y_steps, reference, slope_px, scales.doubt, scales.tilt_noise,
+        cameras.step_px,
+    )  # fmt: skip
     return lines, _stitch(slope_px, lines, images[reference], cameras, scales)
 
 

@@ -29,6 +29,8 @@ class LineFits:
     """(H, W)."""
     information: NDArray[np.float32]
     """(H, W) weighted sum of squared mean-centred grey slopes, (grey / (px per step))^2."""
+    signal: NDArray[np.float32]
+    """(H, W) the information without what grey noise alone would seem to tell."""
     misfit: NDArray[np.float32]
     """(H, W) mean grey difference to the reference over the halves that see the point, in Cauchy
     scales, each view counted as `MISFIT_LIMIT` at most."""
@@ -43,6 +45,7 @@ def fit_lines(
     reference: int,
     slope_px: NDArray[np.float32],
     scale: float,
+    tilt_noise: float,
     reach_px: float,
 ) -> LineFits:
     """Improve every pixel's slope by one step.
@@ -54,6 +57,8 @@ def fit_lines(
         reference: index of the reference view.
         slope_px: (H, W) start, px per view step.
         scale: grey difference beyond which a view is doubted (Cauchy scale).
+        tilt_noise: variance that grey noise alone gives the derivative of the grey value by the
+            position, (grey / px)^2.
         reach_px: largest step that the linearisation can be trusted for, px per view step.
     """
     height, width = slope_px.shape
@@ -61,17 +66,18 @@ def fit_lines(
     half = assign_halves(x_steps, y_steps)
     xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
     slope = np.empty((height, width), np.float32)
-    information, misfit = (np.empty((height, width), np.float32) for _ in range(2))
+    information, signal, misfit = (np.empty((height, width), np.float32) for _ in range(3))
     sight = np.empty((height, width), np.uint8)
 
     def work(start: int, stop: int) -> None:
         _fit_lines(
             padded, images[reference], xs, ys, half, slope_px, np.float32(1 / scale),
-            np.float32(reach_px), start, stop, slope, information, misfit, sight,
+            np.float32(tilt_noise), np.float32(reach_px), start, stop, slope, information, signal,
+            misfit, sight,
         )  # fmt: skip
 
     run_in_bands(work, height)
-    return LineFits(slope, information, misfit, sight)
+    return LineFits(slope, information, signal, misfit, sight)
 
 
 @kernel()
@@ -83,11 +89,13 @@ def _fit_lines(
     half: NDArray[np.int32],
     start_slope: NDArray[np.float32],
     per_scale: np.float32,
+    tilt_noise: np.float32,
     reach: np.float32,
     start: int,
     stop: int,
     slope: NDArray[np.float32],
     information: NDArray[np.float32],
+    signal: NDArray[np.float32],
     misfit: NDArray[np.float32],
     sight: NDArray[np.uint8],
 ) -> None:
@@ -101,7 +109,7 @@ def _fit_lines(
     )
     columns, here = np.arange(width).astype(np.float32), np.empty(width, np.float32)
     poor, members = np.empty((HALVES, width), np.float32), np.empty((HALVES, width), np.float32)
-    sums = np.empty((5, width), np.float32)
+    sums = np.empty((6, width), np.float32)
     for v in range(start, stop):
         here[:] = np.float32(v)
         poor[:] = np.float32(0)
@@ -118,8 +126,9 @@ def _fit_lines(
         _find_hidden(poor, members, misfit[v], sight[v])
         for i in range(views):
             if half[i] >= 0:
-                _add_view(grey[i], tilt[i], seen[i], members[half[i]], per_scale, sums)
-        _step(sums, reach, start_slope[v], slope[v], information[v])
+                noise = tilt_noise * (x_steps[i] * x_steps[i] + y_steps[i] * y_steps[i])
+                _add_view(grey[i], tilt[i], seen[i], members[half[i]], per_scale, noise, sums)
+        _step(sums, reach, start_slope[v], slope[v], information[v], signal[v])
 
 
 @kernel()
@@ -175,11 +184,15 @@ def _add_view(
     seen: NDArray[np.float32],
     members: NDArray[np.float32],
     per_scale: np.float32,
+    noise: np.float32,
     sums: NDArray[np.float32],
 ) -> None:
-    """Add one view to the weighted sums of 1, j, g, jj, jg (j tilt, g grey difference)."""
+    """Add one view to the weighted sums of 1, j, g, jj, jg and the noise in jj.
+
+    j is the tilt, g the grey difference.
+    """
     one, zero = np.float32(1), np.float32(0)
-    sw, swj, swg, swjj, swjg = sums[0], sums[1], sums[2], sums[3], sums[4]
+    sw, swj, swg, swjj, swjg, swn = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
     for u in range(len(grey)):
         g, j = grey[u], tilt[u]
         t = g * per_scale
@@ -190,6 +203,7 @@ def _add_view(
         swg[u] += w * g
         swjj[u] += wj * j
         swjg[u] += wj * g
+        swn[u] += w * noise
 
 
 @kernel()
@@ -199,9 +213,11 @@ def _step(
     start_slope: NDArray[np.float32],
     slope: NDArray[np.float32],
     information: NDArray[np.float32],
+    signal: NDArray[np.float32],
 ) -> None:
     """Solve for slope and grey value; the grey value is eliminated (mean-centred sums)."""
-    sw, swj, swg, swjj, swjg = sums[0], sums[1], sums[2], sums[3], sums[4]
+    one = np.float32(1)
+    sw, swj, swg, swjj, swjg, swn = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
     for u in range(len(slope)):
         info = swjj[u] - swj[u] * swj[u] / sw[u]
         cross = swjg[u] - swj[u] * swg[u] / sw[u]
@@ -209,3 +225,4 @@ def _step(
         move = max(min(-cross / info, reach), -reach)
         slope[u] = start_slope[u] + (move if known else np.float32(0))
         information[u] = info if known else np.float32(0)
+        signal[u] = information[u] - swn[u] * (one - one / sw[u])

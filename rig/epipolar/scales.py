@@ -12,6 +12,13 @@ _PREFILTER_FROM_RATIO = 0.1
 """Noise over texture below which smoothing loses more than it gains."""
 _SMALLEST_PREFILTER_PX = 0.3
 _NOISE_VIEWS = 3
+# Taps of the Catmull-Rom derivative a share t behind a pixel: value' = k1 + 2 k2 t + 3 k3 t^2.
+_T = (np.arange(16)[:, None] + 0.5) / 16
+_DERIVATIVES = (
+    np.array([-0.5, 0.0, 0.5, 0.0])
+    + 2 * _T * np.array([1.0, -2.5, 2.0, -0.5])
+    + 3 * _T**2 * np.array([-0.5, 1.5, -1.5, 0.5])
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,21 +55,38 @@ class Scales:
     @property
     def smoothed_noise(self) -> float:
         """White noise that is left after the prefilter, 1 sigma."""
+        return self.noise * float((self._prefilter() ** 2).sum())
+
+    @property
+    def tilt_noise(self) -> float:
+        """Variance of the derivative of the grey value along one axis due to noise, per px^2.
+
+        Of the prefiltered image, between its pixels (Catmull-Rom), at a random place.
+        """
+        along = self._prefilter()
+        power = [(np.convolve(along, taps) ** 2).sum() for taps in _DERIVATIVES]
+        return self.noise**2 * float(np.mean(power) * (along**2).sum())
+
+    def _prefilter(self) -> NDArray[np.float64]:
+        """Weights of the prefilter along one axis."""
         if self.prefilter_px == 0:
-            return self.noise
-        taps = np.arange(-8, 9)
-        gauss = np.exp(-0.5 * (taps / self.prefilter_px) ** 2)
-        gauss /= gauss.sum()
-        return self.noise * float((gauss**2).sum())
+            return np.ones(1)
+        gauss = np.exp(-0.5 * (np.arange(-8, 9) / self.prefilter_px) ** 2)
+        return gauss / gauss.sum()
 
 
-def measure_scales(images: NDArray[np.float32], reference: int) -> Scales:
-    """Measure noise (median over some views) and texture (reference view) of images (V, H, W)."""
+def measure_scales(images: NDArray[np.float32], reference: int, quantum: float = 0.0) -> Scales:
+    """Measure noise (median over some views) and texture (reference view) of images (V, H, W).
+
+    Rounding to multiples of `quantum` has a variance of quantum^2 / 12, which the quietest blocks
+    may hide: they are flat where nothing crosses a step.
+    """
     sampled = images[:: max(1, len(images) // _NOISE_VIEWS)]
     noise = float(np.median([noise_grey(image) for image in sampled]))
     grey = images[reference]
     power = 0.5 * (_mean_square(grey[1:], grey[:-1]) + _mean_square(grey[:, 1:], grey[:, :-1]))
     texture = max(power - 2.0 * noise**2, 0.0) ** 0.5
+    noise = max(noise, quantum / 12**0.5)
     floor = 1e-4 * float(np.ptp(grey)) + 1e-9
     return Scales(max(noise, floor), max(texture, floor))
 

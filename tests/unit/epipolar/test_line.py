@@ -18,7 +18,7 @@ def views() -> np.ndarray:
 
 def fit(images: np.ndarray, start_px: float, scale: float = 20.0) -> LineFits:
     start = np.full(images.shape[1:], start_px, np.float32)
-    return fit_lines(images, X_STEPS, Y_STEPS, 2, start, scale, 0.3)
+    return fit_lines(images, X_STEPS, Y_STEPS, 2, start, scale, 0.0, 0.3)
 
 
 def test_one_step_comes_close_to_the_true_slope() -> None:
@@ -46,6 +46,6 @@ def test_a_hidden_half_is_left_out() -> None:
 def test_no_view_sees_what_falls_outside_all_of_them() -> None:
     images = views()[[2, 3]]
     start = np.full(images.shape[1:], 30.0, np.float32)
-    lines = fit_lines(images, np.array([0.0, 1.0]), np.zeros(2), 0, start, 20.0, 0.3)
+    lines = fit_lines(images, np.array([0.0, 1.0]), np.zeros(2), 0, start, 20.0, 0.0, 0.3)
     assert np.all(lines.sight[:, :30] == UNSEEN)
     assert np.all(lines.sight[:, 31:] == SEEN)

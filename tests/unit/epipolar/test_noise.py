@@ -33,3 +33,8 @@ def test_the_prefilter_grows_with_noise_and_is_off_for_clean_images() -> None:
         widths.append(measure_scales(noisy[None].astype(np.float32), 0).prefilter_px)
     assert widths[0] == 0.0
     assert 0.0 < widths[1] < widths[2]
+
+
+def test_rounding_counts_as_noise_where_nothing_else_does() -> None:
+    ramp = np.rint(50 + 0.05 * COLUMNS).astype(np.float32)
+    assert measure_scales(ramp[None], 0, quantum=1.0).noise >= 1 / 12**0.5
