@@ -15,9 +15,9 @@ from rig.epipolar.scales import Scales, measure_scales
 from rig.epipolar.search import Effort, effort_of, search
 from rig.epipolar.sides import choose_sides
 from rig.epipolar.stitch import behind_jumps, stitch
+from rig.epipolar.usable import keep, seen_views, strange_views
 from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
 from rig.epipolar.window import Cameras, window_of
-from rig.errors import SlopeError
 
 Stitched = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
 """Slope, its variance for unit noise, and misfit of the lines; all (H, W)."""
@@ -52,9 +52,12 @@ def estimate_slopes(
             no view but the reference can be used.
     """
     window = window_of(views.shape, slope_range_px, prior)
-    views, warnings = _usable(views)
-    cameras = Cameras(views.x_steps, views.y_steps, views.reference)
-    images = equalise(views.images, cameras, window)
+    views, warnings = seen_views(views)
+    images, agreement = equalise(views.images, _cameras(views), window)
+    strange, more = strange_views(views, agreement)
+    if strange.any():
+        views, images, warnings = keep(views, ~strange), images[~strange], warnings + more
+    cameras = _cameras(views)
     quantum = 0.0 if views.images.dtype == np.float32 else 1.0
     scales = measure_scales(images, views.reference, quantum)
     if views.noise is not None:
@@ -76,6 +79,10 @@ def estimate_slopes(
     return judge(
         slope, variance, misfit, lines, hidden, scales, cameras.step_px, range_px, warnings
     )
+
+
+def _cameras(views: RectifiedViews) -> Cameras:
+    return Cameras(views.x_steps, views.y_steps, views.reference)
 
 
 def _settle_edges(
@@ -130,35 +137,6 @@ def _stitch(
         grey_gate=scales.likeness,
         ridge=0.0,
     )
-
-
-def _usable(views: RectifiedViews) -> tuple[RectifiedViews, tuple[str, ...]]:
-    """Leave out views without any picture in them; say which."""
-    if views.images.dtype == np.float32 and not np.isfinite(views.images).all():
-        raise SlopeError("found values that are not finite in the images; give finite grey values")
-    spread = views.images[:, ::4, ::4].std(axis=(1, 2))
-    dark = spread < 0.02 * float(np.median(spread)) + 1e-12
-    dark &= spread < 0.5 * spread[views.reference]
-    if not dark.any():
-        return views, ()
-    kept = np.flatnonzero(~dark)
-    if len(kept) < 2:
-        raise SlopeError(
-            f"only {len(kept)} of {len(dark)} views show anything; look for covered or dead cameras"
-        )
-    warnings = tuple(
-        f"view {i} at ({views.x_steps[i]:g}, {views.y_steps[i]:g}) shows nothing (grey spread "
-        f"{spread[i]:.2g}); it was left out"
-        for i in np.flatnonzero(dark)
-    )
-    kept_views = RectifiedViews(
-        views.images[kept],
-        views.x_steps[kept],
-        views.y_steps[kept],
-        int(np.searchsorted(kept, views.reference)),
-        views.noise,
-    )
-    return kept_views, warnings
 
 
 def _smooth(images: NDArray[np.float32], sigma_px: float) -> NDArray[np.float32]:

@@ -14,6 +14,7 @@ from rig.epipolar.rank import mean
 from rig.epipolar.sampling import sample_view
 from rig.epipolar.scales import Scales
 from rig.epipolar.search import search, wide_share
+from rig.epipolar.usable import saturation_grey
 from rig.epipolar.views import Image
 from rig.epipolar.window import Cameras, Window
 
@@ -22,21 +23,29 @@ _MIN_SIDE_PX = 48
 _ROUNDS = 4
 _PAIRS, _FEWEST_PAIRS = 2000, 100
 _FEW_UNKNOWN = 0.3
+_CLIPPED = 0.97
 _QUANTILES = np.linspace(0.05, 0.95, 19)
 
 
-def equalise(images: Image, cameras: Cameras, window: Window) -> NDArray[np.float32]:
-    """Return the images (V, H, W) with every view on the grey scale of the reference view.
+def equalise(
+    images: Image, cameras: Cameras, window: Window
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Bring every view to the grey scale of the reference view.
 
     Where nearly all slopes are known already, the match is left out: the hypothesis tells the
     pairs.
+
+    Returns:
+        The images (V, H, W); and how well each view agrees with the reference in what it shows,
+        (V,): 1 minus its median difference over that of unrelated pixels.
     """
     shrink = min(_SHRINK, max(1, min(images.shape[1:]) // _MIN_SIDE_PX))
     size = (images.shape[2] // shrink, images.shape[1] // shrink)
     small = np.stack([cv2.resize(image, size, interpolation=cv2.INTER_AREA) for image in images])
     small_window = window.shrunk(shrink)
+    clip = saturation_grey(images)
     if wide_share(small_window, cameras) > _FEW_UNKNOWN:
-        first = _match_quantiles(images, cameras.reference)
+        first = _match_quantiles(images, cameras.reference, clip)
         small = _apply(small, first)
         scales = Scales(noise=0.1 * float(np.std(small[cameras.reference])) + 1e-6, texture=0.0)
         slope = search(small, cameras, small_window, scales)
@@ -45,9 +54,10 @@ def equalise(images: Image, cameras: Cameras, window: Window) -> NDArray[np.floa
         small = small.astype(np.float32)
         slope = small_window.expected_px
     soft = np.stack([mean(image, 1) for image in small])  # what sampling would smooth is gone
-    second = _match_pairs(soft, cameras, slope)
+    clips = [gain * clip + offset for gain, offset in first]
+    second, agreement = _match_pairs(soft, cameras, slope, clips)
     both = [(g * h, g * p + q) for (h, p), (g, q) in zip(first, second, strict=True)]
-    return _apply(images, both)
+    return _apply(images, both), agreement
 
 
 def _apply(images: Image, gains_offsets: list[tuple[float, float]]) -> NDArray[np.float32]:
@@ -63,13 +73,18 @@ def _apply(images: Image, gains_offsets: list[tuple[float, float]]) -> NDArray[n
     return equal
 
 
-def _match_quantiles(images: Image, reference: int) -> list[tuple[float, float]]:
-    """First gain and offset of each view: the same share of pixels is darker than a quantile."""
+def _match_quantiles(images: Image, reference: int, clip: float) -> list[tuple[float, float]]:
+    """First gain and offset of each view: the same share of pixels is darker than a quantile.
+
+    Quantiles that are clipped in any view do not count, as long as two are left.
+    """
     stride = _stride(images.shape[1], images.shape[2])
     samples = images[:, ::stride, ::stride].reshape(len(images), -1).astype(np.float32)
     samples.sort(axis=1)
     spread = samples[:, (_QUANTILES * (samples.shape[1] - 1)).astype(int)]
-    return [_gain_offset(quantiles, spread[reference]) for quantiles in spread]
+    clear = (spread < _CLIPPED * clip).all(axis=0)
+    clear |= np.count_nonzero(clear) < 2
+    return [_gain_offset(quantiles[clear], spread[reference][clear]) for quantiles in spread]
 
 
 def _stride(height: int, width: int) -> int:
@@ -77,9 +92,15 @@ def _stride(height: int, width: int) -> int:
 
 
 def _match_pairs(
-    images: NDArray[np.float32], cameras: Cameras, slope_px: NDArray[np.float32]
-) -> list[tuple[float, float]]:
-    """Gain and offset of each view from pixels that show the same point as the reference."""
+    images: NDArray[np.float32],
+    cameras: Cameras,
+    slope_px: NDArray[np.float32],
+    clips: list[float],
+) -> tuple[list[tuple[float, float]], NDArray[np.float64]]:
+    """Gain and offset of each view from pixels that show the same point as the reference.
+
+    Pairs with a member near the grey value where its view is clipped say nothing.
+    """
     height, width = slope_px.shape
     stride = _stride(height, width)
     grid = np.mgrid[stride // 2 : height : stride, stride // 2 : width : stride]
@@ -87,12 +108,21 @@ def _match_pairs(
     target = images[cameras.reference, rows, columns]
     slopes = slope_px[rows, columns]
     found = [(1.0, 0.0)] * len(images)
+    agreement = np.ones(len(images))
     for i, image in enumerate(images):
+        if i == cameras.reference:
+            continue
         step = float(cameras.x_steps[i]), float(cameras.y_steps[i])
         seen, grey = sample_view(image, *step, rows, columns, slopes)
-        if i != cameras.reference and np.count_nonzero(seen) >= _FEWEST_PAIRS:
-            found[i] = _gain_offset(grey[seen], target[seen])
-    return found
+        useful = (
+            seen & (target < _CLIPPED * clips[cameras.reference]) & (grey < _CLIPPED * clips[i])
+        )
+        if np.count_nonzero(useful) >= _FEWEST_PAIRS:
+            x, y = grey[useful], target[useful]
+            gain, offset = found[i] = _gain_offset(x, y)
+            unrelated = np.median(np.abs(y - np.roll(y, len(y) // 2)))
+            agreement[i] = 1.0 - np.median(np.abs(y - gain * x - offset)) / (unrelated + 1e-9)
+    return found, agreement
 
 
 def _gain_offset(grey: NDArray[np.floating], target: NDArray[np.floating]) -> tuple[float, float]:

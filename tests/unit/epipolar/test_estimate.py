@@ -103,6 +103,28 @@ def test_a_black_view_is_left_out_and_named(ball: Scene) -> None:
     assert np.nanmedian(np.abs(slopes.slope_px - ball.slope_px)) < 0.03
 
 
+def test_a_view_of_another_scene_is_left_out_and_named(ball: Scene) -> None:
+    images = ball.views.images.copy()
+    images[2] = images[2, ::-1, ::-1]
+    slopes = estimate_slopes(replace(ball.views, images=images), ball.range_px)
+    assert len(slopes.warnings) == 1
+    assert "view 2" in slopes.warnings[0]
+    assert "frozen" in slopes.warnings[0]
+    assert np.nanmedian(np.abs(slopes.slope_px - ball.slope_px)) < 0.03
+
+
+def test_views_of_one_scene_are_never_left_out(ball: Scene) -> None:
+    assert estimate_slopes(ball.views, ball.range_px).warnings == ()
+
+
+def test_saturated_pixels_are_named(ball: Scene) -> None:
+    images = np.minimum(ball.views.images, 140)
+    slopes = estimate_slopes(replace(ball.views, images=images), ball.range_px)
+    assert any("saturated" in warning for warning in slopes.warnings)
+    dim = ball.views.images[1] < 130
+    assert np.nanmedian(np.abs(slopes.slope_px - ball.slope_px)[dim]) < 0.03
+
+
 @pytest.mark.parametrize("range_px", [(2.0, 2.0), (3.0, -1.0), (np.nan, 1.0), (0.0, np.inf)])
 def test_an_empty_range_is_refused(ball: Scene, range_px: tuple[float, float]) -> None:
     with pytest.raises(SlopeError, match="lower one first"):

@@ -12,7 +12,7 @@ from tests.unit.epipolar.conftest import Scene
 def choose(scene: Scene, slope_px: NDArray[np.float32]) -> NDArray[np.float32]:
     cameras = Cameras(scene.views.x_steps, scene.views.y_steps, 1)
     window = window_of(scene.views.shape, scene.range_px, None)
-    images = equalise(scene.views.images, cameras, window)
+    images, _ = equalise(scene.views.images, cameras, window)
     return choose_sides(images, slope_px, cameras, measure_scales(images, 1))
 
 

@@ -1,0 +1,86 @@
+"""Which views say something: a dead, covered or frozen one is left out, with a warning."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.epipolar.views import Image, RectifiedViews
+from rig.errors import SlopeError
+
+_STRANGE, _FAMILIAR = 0.4, 0.5
+"""A view is left out where it agrees with the reference less than this share of what the best view
+reaches, if that reaches the second number."""
+_SATURATED_SHARE = 0.02
+
+
+def saturation_grey(images: Image) -> float:
+    """Grey value at which pixels are clipped; infinite where hardly any are."""
+    sample = images[:, ::4, ::4]
+    top = sample.max()
+    return float(top) if float((sample == top).mean()) > 0.1 * _SATURATED_SHARE else float("inf")
+
+
+def seen_views(views: RectifiedViews) -> tuple[RectifiedViews, tuple[str, ...]]:
+    """Leave out views without any picture in them; say which, and whether pixels are clipped.
+
+    Raises:
+        SlopeError: values are not finite, or fewer than two views show anything.
+    """
+    images = views.images
+    if images.dtype == np.float32 and not np.isfinite(images).all():
+        raise SlopeError("found values that are not finite in the images; give finite grey values")
+    warnings: tuple[str, ...] = ()
+    spread = images[:, ::4, ::4].std(axis=(1, 2))
+    clipped = float((images[:, ::4, ::4] >= saturation_grey(images)).mean())
+    if clipped > _SATURATED_SHARE and spread[views.reference] > 0:
+        warnings = (
+            f"{100 * clipped:.0f} % of the pixels are saturated, say nothing; lower the exposure",
+        )
+    dark = spread < 0.02 * float(np.median(spread)) + 1e-12
+    dark &= spread < 0.5 * spread[views.reference]
+    if not dark.any():
+        return views, warnings
+    if int((~dark).sum()) < 2:
+        raise SlopeError(
+            f"only {int((~dark).sum())} of {len(dark)} views show anything; look for covered or "
+            "dead cameras"
+        )
+    reasons = {int(i): f"shows nothing (grey spread {spread[i]:.2g})" for i in np.flatnonzero(dark)}
+    return keep(views, ~dark), warnings + _left_out(views, reasons)
+
+
+def strange_views(
+    views: RectifiedViews, agreement: NDArray[np.float64]
+) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+    """Tell the views that show another scene than the reference, (V,), and say so.
+
+    Where no view agrees (a hypothesis that is wrong everywhere), nothing can be told.
+    """
+    others = np.arange(len(agreement)) != views.reference
+    best = float(agreement[others].max())
+    strange = others & (agreement < _STRANGE * best)
+    if best < _FAMILIAR or not strange.any():
+        return np.zeros_like(strange), ()
+    reasons = {
+        int(i): f"agrees with the reference by {agreement[i]:.2f}, the best view by {best:.2f} (a "
+        "frozen picture? a wrong position?)"
+        for i in np.flatnonzero(strange)
+    }
+    return strange, _left_out(views, reasons)
+
+
+def keep(views: RectifiedViews, kept: NDArray[np.bool_]) -> RectifiedViews:
+    """Return some of the views; the reference must be among them."""
+    return RectifiedViews(
+        views.images[kept],
+        views.x_steps[kept],
+        views.y_steps[kept],
+        int(kept[: views.reference].sum()),
+        views.noise,
+    )
+
+
+def _left_out(views: RectifiedViews, reasons: dict[int, str]) -> tuple[str, ...]:
+    return tuple(
+        f"view {i} at ({views.x_steps[i]:g}, {views.y_steps[i]:g}) {reason}; it was left out"
+        for i, reason in reasons.items()
+    )
