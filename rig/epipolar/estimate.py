@@ -58,8 +58,8 @@ def estimate_slopes(
     if strange.any():
         views, images, warnings = keep(views, ~strange), images[~strange], warnings + more
     cameras = _cameras(views)
-    quantum = 0.0 if views.images.dtype == np.float32 else 1.0
-    scales = measure_scales(images, views.reference, quantum)
+    grey_step = 0.0 if views.images.dtype == np.float32 else 1.0
+    scales = measure_scales(images, views.reference, grey_step)
     if views.noise is not None:
         scales = replace(scales, noise=max(scales.noise, views.noise))
     images = _smooth(images, scales.prefilter_px)
@@ -110,7 +110,7 @@ def _refine(
     """Move every pixel's line one step to its optimum, and join the optima of neighbours."""
     x_steps, y_steps, reference = cameras.x_steps, cameras.y_steps, cameras.reference
     lines = fit_lines(
-        images, x_steps, y_steps, reference, slope_px, scales.doubt, scales.tilt_noise,
+        images, x_steps, y_steps, reference, slope_px, scales.doubt, scales.derivative_variance,
         cameras.step_px,
     )  # fmt: skip
     return lines, _stitch(slope_px, lines, images[reference], cameras, scales)

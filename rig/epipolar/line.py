@@ -45,7 +45,7 @@ def fit_lines(
     reference: int,
     slope_px: NDArray[np.float32],
     scale: float,
-    tilt_noise: float,
+    derivative_variance: float,
     reach_px: float,
 ) -> LineFits:
     """Improve every pixel's slope by one step.
@@ -57,8 +57,8 @@ def fit_lines(
         reference: index of the reference view.
         slope_px: (H, W) start, px per view step.
         scale: grey difference beyond which a view is doubted (Cauchy scale).
-        tilt_noise: variance that grey noise alone gives the derivative of the grey value by the
-            position, (grey / px)^2.
+        derivative_variance: variance that noise alone gives the derivative of the grey value by
+            the position, (grey / px)^2.
         reach_px: largest step that the linearisation can be trusted for, px per view step.
     """
     height, width = slope_px.shape
@@ -72,8 +72,8 @@ def fit_lines(
     def work(start: int, stop: int) -> None:
         _fit_lines(
             padded, images[reference], xs, ys, half, slope_px, np.float32(1 / scale),
-            np.float32(tilt_noise), np.float32(reach_px), start, stop, slope, information, signal,
-            misfit, sight,
+            np.float32(derivative_variance), np.float32(reach_px), start, stop, slope, information,
+            signal, misfit, sight,
         )  # fmt: skip
 
     run_in_bands(work, height)
@@ -89,7 +89,7 @@ def _fit_lines(
     half: NDArray[np.int32],
     start_slope: NDArray[np.float32],
     per_scale: np.float32,
-    tilt_noise: np.float32,
+    derivative_variance: np.float32,
     reach: np.float32,
     start: int,
     stop: int,
@@ -126,7 +126,7 @@ def _fit_lines(
         _find_hidden(poor, members, misfit[v], sight[v])
         for i in range(views):
             if half[i] >= 0:
-                noise = tilt_noise * (x_steps[i] * x_steps[i] + y_steps[i] * y_steps[i])
+                noise = derivative_variance * (x_steps[i] * x_steps[i] + y_steps[i] * y_steps[i])
                 _add_view(grey[i], tilt[i], seen[i], members[half[i]], per_scale, noise, sums)
         _step(sums, reach, start_slope[v], slope[v], information[v], signal[v])
 

@@ -58,7 +58,7 @@ class Scales:
         return self.noise * float((self._prefilter() ** 2).sum())
 
     @property
-    def tilt_noise(self) -> float:
+    def derivative_variance(self) -> float:
         """Variance of the derivative of the grey value along one axis due to noise, per px^2.
 
         Of the prefiltered image, between its pixels (Catmull-Rom), at a random place.
@@ -75,10 +75,10 @@ class Scales:
         return gauss / gauss.sum()
 
 
-def measure_scales(images: NDArray[np.float32], reference: int, quantum: float = 0.0) -> Scales:
+def measure_scales(images: NDArray[np.float32], reference: int, grey_step: float = 0.0) -> Scales:
     """Measure noise (median over some views) and texture (reference view) of images (V, H, W).
 
-    Rounding to multiples of `quantum` has a variance of quantum^2 / 12, which the quietest blocks
+    Rounding to multiples of `grey_step` has a variance of grey_step^2 / 12, which quiet blocks
     may hide: they are flat where nothing crosses a step.
     """
     sampled = images[:: max(1, len(images) // _NOISE_VIEWS)]
@@ -86,7 +86,7 @@ def measure_scales(images: NDArray[np.float32], reference: int, quantum: float =
     grey = images[reference]
     power = 0.5 * (_mean_square(grey[1:], grey[:-1]) + _mean_square(grey[:, 1:], grey[:, :-1]))
     texture = max(power - 2.0 * noise**2, 0.0) ** 0.5
-    noise = max(noise, quantum / 12**0.5)
+    noise = max(noise, grey_step / 12**0.5)
     floor = 1e-4 * float(np.ptp(grey)) + 1e-9
     return Scales(max(noise, floor), max(texture, floor))
 

@@ -27,7 +27,17 @@ RATIOS = {
     "damping",
 }
 """Numbers without a dimension, or in the unit of the array beside them."""
-GREYS = {"grey_scale", "grey_gate", "truncation", "level", "picture", "grain", "fall"}
+GREYS = {
+    "grey_step",
+    "derivative_variance",
+    "grey_scale",
+    "grey_gate",
+    "truncation",
+    "level",
+    "picture",
+    "grain",
+    "fall",
+}
 """Grey levels and shares of grey."""
 LIMITS = {"warn_above", "fail_above"}
 """In the unit of the value beside them."""

@@ -37,4 +37,4 @@ def test_the_prefilter_grows_with_noise_and_is_off_for_clean_images() -> None:
 
 def test_rounding_counts_as_noise_where_nothing_else_does() -> None:
     ramp = np.rint(50 + 0.05 * COLUMNS).astype(np.float32)
-    assert measure_scales(ramp[None], 0, quantum=1.0).noise >= 1 / 12**0.5
+    assert measure_scales(ramp[None], 0, grey_step=1.0).noise >= 1 / 12**0.5
