@@ -14,6 +14,8 @@ from drivers.oak.sensors import Sensors
 from drivers.oak.watchdog import Watchdog
 from rig.errors import DeviceLostError
 
+_LOST: tuple[type[Exception], ...] = (RuntimeError, dai.MessageQueue.QueueException)
+"""What reading raises when the link breaks: the queues close."""
 _GROUPS_KEPT = 2
 _AT_ONCE = timedelta(0)
 _FRAMES_KEPT = 8
@@ -87,7 +89,7 @@ class Streams:
                 self._groups.get(timedelta(seconds=max(0.0, wait_s))),
             )
             self._look()
-        except RuntimeError as error:  # queues close when the link breaks
+        except _LOST as error:
             raise DeviceLostError(
                 self._sensors.name, f"stopped answering ({error}); check the cable, open it again"
             ) from error

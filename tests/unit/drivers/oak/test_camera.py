@@ -53,6 +53,21 @@ def test_an_exception_in_a_sensor_node_is_a_lost_device_and_not_the_end_of_the_p
             camera.grab(0.5)
 
 
+def test_a_pipeline_that_the_library_ends_is_a_lost_device():
+    """As when the link breaks: queues close under the reader."""
+    with OakRig(("camera.reconnects=0",)).camera() as camera:
+        camera.grab(1.0)
+        streams = camera._streams
+        assert streams is not None
+        assert streams._pipeline is not None
+        streams._pipeline.stop()
+        with pytest.raises(DeviceLostError, match="open it again"):
+            for _ in range(5):
+                camera.grab(1.0)
+    with camera:
+        assert len(camera.grab(1.0).frames) == 4
+
+
 def test_a_stream_finds_a_lost_device_again():
     rig = OakRig((), {"left": SensorFaults(raises_after=12)})
     with rig.camera() as camera:
