@@ -1,17 +1,11 @@
-"""Judgement of drift: does one picture of the board still fit what was calibrated?"""
-
-from collections.abc import Callable
+"""Judgement of the depth-slope curve: does one picture of the board still fit it?"""
 
 import numpy as np
 
 from rig.check.items import Item
 from rig.curve import Curve
 from rig.errors import RigError
-from rig.frames import MultiView
 from rig.profile import Profile
-
-GeometryDrift = Callable[[MultiView], Item]
-"""Compares one multi-view of the board with the stored geometric calibration."""
 
 SURE = 3.0
 """Sigmas within which a difference is chance."""

@@ -4,7 +4,7 @@ from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 
 from rig.check.arrangement import judge_arrangement
-from rig.check.drift import GeometryDrift
+from rig.check.geometry import GeometryDrift
 from rig.check.items import Item, failed
 from rig.check.moves import judge_travel
 from rig.check.scene import judge_scene

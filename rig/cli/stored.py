@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from rig.errors import RigError
 
 if TYPE_CHECKING:
+    from rig.check.geometry import GeometryDrift
     from rig.curve import Curve
     from rig.profile import Profile
     from rig.rectified import Rectifier
@@ -27,6 +28,26 @@ def find_rectifier(
 
     with open_store(database) as store:
         return rectifier_of(profile, chosen_calibration(store, profile.name, calibration))
+
+
+def drift_against(
+    profile: "Profile", calibration: str | None, database: str | None
+) -> "GeometryDrift | None":
+    """Return what compares pictures with a calibration of the rig; None where it has none.
+
+    Raises:
+        ConfigError: the calibration cannot be read.
+        StoreError: there is no such calibration.
+    """
+    from rig.calibrations import chosen_calibration
+    from rig.check.geometry import geometry_drift
+    from rig.database import open_store
+
+    with open_store(database) as store:
+        stored = chosen_calibration(store, profile.name, calibration)
+    if stored is None or profile.target is None:
+        return None
+    return geometry_drift(profile, stored)
 
 
 def find_curve(

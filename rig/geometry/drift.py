@@ -132,7 +132,8 @@ class _Picture:
         """Pose of the board in the reference frame by least squares, and what it leaves."""
         pose = self._start()
         for _ in range(_STEPS):
-            change = np.linalg.lstsq(self.by_pose(pose), self.residual(pose), rcond=None)[0]
+            solved = np.linalg.lstsq(self.by_pose(pose), self.residual(pose), rcond=None)
+            change = np.asarray(solved[0], np.float64)
             pose = _moved(pose, change)
             if np.abs(change).max() < _SETTLED:
                 break
@@ -169,7 +170,9 @@ class _Picture:
         )
         if not found:
             raise TargetError("no pose of the board fits its first view", reason="not-found")
-        cam_from_board = Pose.from_vectors(np.asarray(turn), np.asarray(shift))
+        cam_from_board = Pose.from_vectors(
+            np.asarray(turn, np.float64), np.asarray(shift, np.float64)
+        )
         return self.geometry.cam_from_reference[first.view].inverse() @ cam_from_board
 
 

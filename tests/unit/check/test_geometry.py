@@ -1,0 +1,106 @@
+"""Judgement of a geometric calibration by one picture, from the stored row to the item."""
+
+from dataclasses import replace
+from datetime import UTC, datetime
+from functools import partial
+
+import numpy as np
+import pytest
+
+from rig.check.geometry import geometry_drift, judge_geometry
+from rig.database import StoredCalibration
+from rig.errors import ConfigError
+from rig.frames import Frame, MultiView
+from rig.geometry.camera_model import CameraModel
+from rig.geometry.drift import Drift
+from rig.geometry.pose import Pose
+from rig.geometry.rig_geometry import RigGeometry
+from rig.geometry.rig_geometry_json import geometry_to_json
+from rig.profile.load import load_profile
+from sim.camera import SimCamera
+from sim.clock import VirtualClock
+from sim.world import World
+from tests.support.small_sim import SMALL_SIM
+
+PROFILE = load_profile("sim", SMALL_SIM)
+FINE = Drift(1.1, 30, 0.3, {0: (0.01, 0.0), 1: (-0.01, 0.0)})
+
+
+class Still:
+    """A carriage that stays."""
+
+    def travelled_mm(self, t_s: float) -> float:
+        return -403.0
+
+
+def picture(*changes: str) -> MultiView:
+    """The simulated rig's view of its board at 800 mm."""
+    profile = load_profile("sim", (*SMALL_SIM, *changes))
+    world = World(profile, clock=VirtualClock(), carriage=Still(), scene="board")
+    assert profile.camera.kind == "sim"
+    with SimCamera(profile.camera, world) as camera:
+        return camera.grab(1.0)
+
+
+def stored(covariance: float | None = 1.0) -> StoredCalibration:
+    """The true cameras of the simulated rig, known to 0.05 px, 10 urad and 5 um."""
+    cameras, poses = [], []
+    for view in PROFILE.views:
+        x_mm, y_mm = 40.0 * view.x_steps, 40.0 * view.y_steps
+        shift = 305.0 / 700.0  # the sensor is shifted so that 700 mm has no disparity
+        centre = (159.5 + shift * x_mm, 99.5 + shift * y_mm)
+        cameras.append(CameraModel(320, 200, 305.0, 305.0, *centre))
+        poses.append(Pose(np.eye(3), -np.array([x_mm, y_mm, 0.0])))
+    sigma = np.array([0.05] * 20 + ([1e-5] * 3 + [0.005] * 3) * 4)
+    names = tuple(view.name for view in PROFILE.views)
+    geometry = RigGeometry(
+        names, 0, tuple(cameras), tuple(poses),
+        None if covariance is None else covariance * np.diag(sigma**2),
+    )  # fmt: skip
+    return StoredCalibration(
+        id=3, rig="sim", created_at=datetime(2026, 5, 4, tzinfo=UTC),
+        geometry=geometry_to_json(geometry), quality={}, profile={}, versions={}, devices={},
+        temperature_degc=20.0, image_size_px=(320, 200), active=True,
+    )  # fmt: skip
+
+
+def test_a_rig_that_is_as_it_was_passes():
+    item = geometry_drift(PROFILE, stored())(picture())
+    assert item.status == "pass"
+    assert "calibration 3 of 2026-05-04" in item.found
+    assert "+5.0 degC since then" in item.found
+
+
+def test_a_camera_that_was_turned_fails():
+    item = geometry_drift(PROFILE, stored())(
+        picture("world.view_errors.left.rotation_deg=[0.3, 0.2, 0.0]")
+    )
+    assert item.status == "fail"
+    assert "rig calibrate sim" in item.advice
+    shifts = item.numbers["displaced_px"]
+    assert isinstance(shifts, dict)
+    assert max(shifts, key=lambda view: np.hypot(*shifts[view])) == "left"
+
+
+def test_a_board_that_is_not_there_is_told():
+    blank = tuple(
+        Frame(view.name, np.zeros((200, 320), np.uint8), 0.0, 0) for view in PROFILE.views
+    )
+    item = geometry_drift(PROFILE, stored())(MultiView(blank))
+    assert item.status == "fail"
+    assert "dark picture" in item.found
+
+
+def test_without_a_covariance_or_a_target_there_is_no_comparison():
+    assert geometry_drift(PROFILE, stored(None))(picture()).status == "skip"
+    with pytest.raises(ConfigError, match="target"):
+        geometry_drift(PROFILE.model_copy(update={"target": None}), stored())
+
+
+def test_what_is_certain_but_small_is_a_warning():
+    small = replace(FINE, probability=1e-9)
+    judge = partial(judge_geometry, profile=PROFILE, calibration="calibration 1", warmer_degc=None)
+    assert judge(FINE).status == "pass"
+    assert judge(small).status == "warn"
+    large = replace(small, displaced_px={0: (0.9, 0.0), 1: (-0.9, 0.0)})
+    assert judge(large).status == "fail"
