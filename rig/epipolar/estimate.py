@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.confidence import judge
+from rig.epipolar.cross_check import fill_unshared, is_one_sided
 from rig.epipolar.line import LineFits, fit_lines
 from rig.epipolar.median import guided_median, near_jumps
 from rig.epipolar.occlusion import hidden_somewhere
@@ -65,6 +66,8 @@ def estimate_slopes(
     images = _smooth(images, scales.prefilter_px)
     effort = effort_of(cameras, window)
     slope = search(images, cameras, window, scales)
+    if effort is not Effort.FOLLOWED and is_one_sided(cameras):
+        slope = window.hold(fill_unshared(images, slope, cameras, window, scales))
     slope = _settle_edges(slope, images[views.reference], cameras, scales, _MEDIAN_ROUNDS[effort])
     slope = window.hold(slope)
     if effort is Effort.COARSE:

@@ -23,6 +23,12 @@ def test_views_join_the_half_of_their_direction() -> None:
     assert assign_halves(x, y).tolist() == [-1, 0, 1, 2, 3, 1]
 
 
+def test_row_and_column_of_a_corner_are_each_others_spare_half() -> None:
+    x, y = np.array([0.0, 1.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0, 1.0])
+    assert assign_halves(x, y).tolist() == [-1, 1, 0, 1]
+    assert assign_halves(-x, y).tolist() == [-1, 0, 1, 0]
+
+
 def test_the_right_label_costs_nothing_and_wins() -> None:
     labels = np.arange(-4, 5).astype(np.float32)
     views = np.ascontiguousarray(shifted_views(3))
