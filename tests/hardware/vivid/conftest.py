@@ -15,7 +15,7 @@ from typing import Literal
 
 import pytest
 
-from tests.hardware.vivid.guest import GuestUnavailableError, boot, guest_kernel
+from tests.hardware.vivid.guest import RESULTS, GuestUnavailableError, boot, guest_kernel
 
 IS_GUEST = "RIG_VIVID_GUEST" in os.environ
 HERE = Path(__file__).resolve().parent
@@ -53,7 +53,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
     """In the guest: hand every report over to the host."""
     if IS_GUEST:
-        with Path("/mnt", REPORTS).open("a") as file:
+        with Path(RESULTS, REPORTS).open("a") as file:
             file.write(json.dumps(report._to_json()) + "\n")
 
 
@@ -127,12 +127,12 @@ def run_in_guest(session: pytest.Session, config: pytest.Config) -> Outcome:
 
 def _script() -> str:
     pytest_call = [
-        *(sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "--basetemp=/tmp/pytest"),
-        *("-q", "--timeout=60", "--durations=15", "@/mnt/tests"),
+        *(sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "--basetemp=/run/tmp/pytest"),
+        *("-q", "--timeout=60", "--durations=15", f"@{RESULTS}/tests"),
     ]
     return f"""
 export RIG_VIVID_GUEST=1 PYTHONDONTWRITEBYTECODE=1 OPENBLAS_NUM_THREADS=1
-export NUMBA_CACHE_DIR=/tmp/numba HYPOTHESIS_STORAGE_DIRECTORY=/tmp/hypothesis
+export NUMBA_CACHE_DIR=/run/tmp/numba HYPOTHESIS_STORAGE_DIRECTORY=/run/tmp/hypothesis
 cd {shlex.quote(str(ROOT))}
 {shlex.join(pytest_call)}
 cat /proc/uptime

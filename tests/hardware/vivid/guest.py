@@ -15,6 +15,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+RESULTS = "/run/results"
+"""Where the guest writes what the host shall find."""
 _SHARES = ("virtio_pci", "9pnet_virtio", "9p")
 """What the guest needs to see the host's files."""
 _XZ_MAGIC = b"\xfd7zXZ\x00"
@@ -127,9 +129,9 @@ def boot(
 
     Args:
         kernel: what to boot.
-        script: runs with the host's root as its own, read-only, and `/mnt` for results.
+        script: runs with the host's root as its own, read-only but for `/run`.
         modules: kernel modules to load before, with their parameters.
-        results: folder of the host that the guest may write to, as `/mnt`.
+        results: folder of the host that the guest may write to, as `RESULTS`.
         memory_mb: the guest's memory.
         timeout_s: longest life of the guest.
 
@@ -146,7 +148,10 @@ def boot(
     load = "".join(
         f"insmod /modules/{path.name} {modules.get(path.stem, '')}\n" for path in ordered
     )
-    files = {"init": _INIT.format(load=load).encode(), "bin/busybox": busybox.read_bytes()}
+    files = {
+        "init": _INIT.format(load=load, results=RESULTS).encode(),
+        "bin/busybox": busybox.read_bytes(),
+    }
     files |= {f"modules/{path.name}": path.read_bytes() for path in ordered}
     initramfs = results / "initramfs"
     initramfs.write_bytes(cpio(files, ("bin", "modules", "dev", "proc", "sys", "root")))
@@ -181,11 +186,12 @@ mount -t 9p -o $opt,ro,cache=loose host /root
 mount -t devtmpfs dev /root/dev; mount -t proc proc /root/proc; mount -t sysfs sys /root/sys
 mkdir -p /root/dev/shm /root/dev/pts
 mount -t devpts pts /root/dev/pts
-for place in tmp run dev/shm; do mount -t tmpfs tmpfs /root/$place; done
-mount -t 9p -o $opt results /root/mnt
+for place in run dev/shm; do mount -t tmpfs tmpfs /root/$place; done
+mkdir -p /root{results} /root/run/tmp
+mount -t 9p -o $opt results /root{results}
 ip link set lo up
-export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp
-chroot /root /bin/sh /mnt/script >/root/mnt/log 2>&1
+export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=/run/tmp TMPDIR=/run/tmp
+chroot /root /bin/sh {results}/script >/root{results}/log 2>&1
 sync; poweroff -f
 """
 

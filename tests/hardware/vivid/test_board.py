@@ -1,11 +1,14 @@
 """A rendered board on its way through the kernel: written to an output node, captured by us."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from rig.geometry.board import Board
 from rig.geometry.corners import find_corners
 from tests.hardware.vivid.bench import one_camera, output_path, use_loop, use_webcam
+from tests.hardware.vivid.guest import RESULTS
 from tests.hardware.vivid.output import VideoOutput
 
 pytestmark = pytest.mark.slow
@@ -14,7 +17,7 @@ NUMBER = 4
 
 
 def test_a_rendered_board_arrives_byte_for_byte_and_is_found():
-    pictures = np.load("/mnt/board.npy")
+    pictures = np.load(Path(RESULTS, "board.npy"))
     use_loop(NUMBER, "index=0")
     camera = one_camera(NUMBER, width_px=640, height_px=480, rate_hz=59.94)
     try:

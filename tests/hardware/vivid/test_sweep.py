@@ -20,6 +20,7 @@ from sim.carriage import Carriage
 from sim.firmware.grbl import GrblFirmware
 from sim.wire.serve import serve_on_pty
 from tests.hardware.vivid.bench import capture_path, output_path, use_loop, use_webcam
+from tests.hardware.vivid.guest import RESULTS
 from tests.hardware.vivid.output import VideoOutput
 from tests.hardware.vivid.sweep_bench import (
     SIZE_PX,
@@ -33,8 +34,6 @@ from tests.hardware.vivid.sweep_bench import (
 )
 
 pytestmark = pytest.mark.slow
-
-RESULTS = Path("/mnt")
 
 
 def stage_port(carriage: Carriage) -> str:
@@ -51,7 +50,7 @@ def stage_port(carriage: Carriage) -> str:
 
 
 def test_every_sample_of_a_sweep_comes_through_the_kernel_as_it_was_rendered(tmp_path: Path):
-    truth, halts, pictures = simulated_profile(), stops(), load_pictures(RESULTS)
+    truth, halts, pictures = simulated_profile(), stops(), load_pictures(Path(RESULTS))
     assert truth.world is not None
     carriage = Carriage(truth.world.carriage, SystemClock())
     devices = {view: str(capture_path(number)) for number, view in enumerate(VIEWS)}
@@ -103,4 +102,4 @@ def test_every_sample_of_a_sweep_comes_through_the_kernel_as_it_was_rendered(tmp
             seen.append(taken.stop.index)
         store.finish_sweep(sweep_id, "finished")
     assert seen == [index for index in range(len(halts)) for _ in range(2)]
-    shutil.copytree(tmp_path / "sweep", RESULTS / "sweep")
+    shutil.copytree(tmp_path / "sweep", Path(RESULTS, "sweep"))
