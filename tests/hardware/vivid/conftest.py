@@ -96,7 +96,7 @@ def run_in_guest(session: pytest.Session, config: pytest.Config) -> Outcome:
     ):
         tests.append(NEEDED_ON_HOST)
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "rig-tests")
-    factory = pytest.TempPathFactory.from_config(config, _ispytest=True)
+    factory: pytest.TempPathFactory = config._tmp_path_factory
     results = session.stash[_folder] = factory.mktemp("vivid")
     (results / "tests").write_text("\n".join(tests))
     from tests.hardware.vivid.render import render_all  # the guest has no use for it

@@ -190,7 +190,8 @@ for place in run dev/shm; do mount -t tmpfs tmpfs /root/$place; done
 mkdir -p /root{results} /root/run/tmp
 mount -t 9p -o $opt results /root{results}
 ip link set lo up
-export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=/run/tmp TMPDIR=/run/tmp
+export HOME=/run/tmp TMPDIR=/run/tmp
+export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
 chroot /root /bin/sh {results}/script >/root{results}/log 2>&1
 sync; poweroff -f
 """
