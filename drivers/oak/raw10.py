@@ -44,8 +44,12 @@ def unpack_raw10(
     rows = np.lib.stride_tricks.as_strided(
         data.reshape(-1), (height_px, row_bytes // 5, 5), (stride, 5, 1), writeable=False
     )
-    pixels = rows[..., :4].astype(np.uint16) * np.uint16(4)
-    pixels |= (rows[..., 4:] >> _SHIFTS) & np.uint8(3)
+    lower = np.ascontiguousarray(rows[..., 4])
+    pixels = np.empty((height_px, row_bytes // 5, 4), np.uint16)
+    pixels[...] = rows[..., :4]
+    pixels <<= 2
+    for index, shift in enumerate(_SHIFTS):
+        pixels[..., index] |= (lower >> shift) & np.uint8(3)
     return pixels.reshape(height_px, -1)[:, :width_px]
 
 
