@@ -1,10 +1,17 @@
 """A linear stage behind a controller with GRBL 1.1 or one of its dialects."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
-from drivers.grbl_dialect import AXES, Message, Setting
+from drivers.grbl_dialect import AXES, Dialect, Message, Setting
 from drivers.grbl_link import HOLD, RESET, GrblLink
-from drivers.grbl_settings import GrblAxis, check_axis, read_axis
+from drivers.grbl_settings import (
+    FLUIDNC_KEYS,
+    GrblAxis,
+    check_axis,
+    read_axis,
+    read_fluidnc_axis,
+)
 from drivers.serial_line import SerialLine
 from drivers.serial_stage import SerialStage
 from rig.devices import Clock
@@ -14,6 +21,8 @@ from rig.profile import GrblStageConfig
 HOLD_MARGIN_S = 2.0
 """Added to the time that braking takes."""
 SETTINGS_ATTEMPTS = 4
+
+Values = TypeVar("Values", bound=Mapping[Any, object])
 
 
 def grbl_stage(config: GrblStageConfig, clock: Clock, *, name: str = "stage") -> SerialStage:
@@ -44,11 +53,15 @@ class GrblController:
         self._is_homing = False
         banner = self._link.connect()
         about = {m.kind: m.text for m in self._link.command("$I") if isinstance(m, Message)}
-        options = about.get("OPT", "").partition(",")[0]
-        axis = read_axis(self._read_settings(), options, self._config, device=self._name)
+        if banner.dialect is Dialect.FLUIDNC:
+            axis = read_fluidnc_axis(self._read_tree(), self._config, device=self._name)
+        else:
+            options = about.get("OPT", "").partition(",")[0]
+            axis = read_axis(self._read_settings(), options, self._config, device=self._name)
         check_axis(self._config, axis, device=self._name)
         self._axis = axis
         return {
+            "firmware": banner.dialect.value,
             "version": banner.version,
             "build": about.get("VER", ""),
             "options": about.get("OPT", ""),
@@ -127,17 +140,45 @@ class GrblController:
         self._link.is_homed = False
 
     def _read_settings(self) -> dict[int, float]:
-        """Read the settings until two readings agree: one damaged digit may cost a crash."""
-        before: dict[int, float] = {}
-        for _ in range(SETTINGS_ATTEMPTS):
+        """Read the numbered settings."""
+
+        def read() -> dict[int, float]:
             replies = self._link.command("$$")
-            now = {reply.number: reply.value for reply in replies if isinstance(reply, Setting)}
+            return {reply.number: reply.value for reply in replies if isinstance(reply, Setting)}
+
+        return self._read_twice(read, "$$")
+
+    def _read_tree(self) -> dict[str, str]:
+        """Read FluidNC's configuration of the axis; what it does not know is left out."""
+        where = f"/axes/{self._config.axis.lower()}"
+
+        def read() -> dict[str, str]:
+            found: dict[str, str] = {}
+            for key in FLUIDNC_KEYS:
+                try:
+                    replies = self._link.command(f"${where}/{key}")
+                except StageAlarmError as error:
+                    if not error.code.startswith("error:"):
+                        raise
+                    continue
+                texts = [m.text for m in replies if isinstance(m, Message)]
+                if texts:
+                    found[key] = texts[-1].strip()
+            return found
+
+        return self._read_twice(read, f"${where}")
+
+    def _read_twice(self, read: Callable[[], Values], what: str) -> Values:
+        """Read until two readings agree: one damaged digit may cost a crash."""
+        before: Values | None = None
+        for _ in range(SETTINGS_ATTEMPTS):
+            now = read()
             if now and now == before:
                 return now
             before = now
         raise DeviceLostError(
             self._name,
-            f"read the settings ($$) {SETTINGS_ATTEMPTS} times, never twice alike; "
+            f"read the settings ({what}) {SETTINGS_ATTEMPTS} times, never twice alike; "
             "check the cable for noise",
         )
 

@@ -1,14 +1,24 @@
-"""What GRBL 1.1 says, as values: pure functions from one line of text.
+"""What GRBL 1.1 and its descendants say, as values: pure functions from one line of text.
 
-Source: GRBL v1.1 interface documentation and the tables of its error and alarm codes.
+Source: GRBL v1.1 interface documentation; the tables of error and alarm codes of GRBL, grblHAL and
+FluidNC, which agree up to ALARM:9.
 """
 
 import re
 from dataclasses import dataclass
+from enum import Enum
 
 from drivers.dialogue import Noise
 
 AXES = "XYZ"
+
+
+class Dialect(Enum):
+    """Which firmware it is."""
+
+    GRBL = "grbl"
+    GRBLHAL = "grblHAL"
+    FLUIDNC = "FluidNC"
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +45,7 @@ class Banner:
     """The controller has just started or been reset."""
 
     version: str
+    dialect: Dialect = Dialect.GRBL
 
     @property
     def number(self) -> tuple[int, int]:
@@ -53,7 +64,7 @@ class Setting:
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """`[KIND:text]`, such as build information."""
+    """`[KIND:text]`, such as build information, or `$NAME=text`, a setting that is no number."""
 
     kind: str
     text: str
@@ -64,7 +75,7 @@ class Status:
     """A status report; positions in mm for the axes X, Y, Z."""
 
     state: str
-    """Idle, Run, Jog, Hold:0, Hold:1, Home, Alarm, ..."""
+    """Idle, Run, Jog, Hold:0, Hold:1, Home, Alarm, Alarm:11, ..."""
     machine_mm: tuple[float, ...] | None
     work_mm: tuple[float, ...] | None
     """Given instead of machine coordinates where $10 says so."""
@@ -76,10 +87,11 @@ Reply = Ok | Refused | Alarm | Banner | Setting | Message | Status | Noise
 
 _REFUSED = re.compile(r"error:(\d{1,3})", re.ASCII)
 _ALARM = re.compile(r"ALARM:(\d{1,3})", re.ASCII)
-_BANNER = re.compile(r"Grbl\w* (\d{1,3}\.\d{1,3}\w*) \[.*\]", re.ASCII)
+_BANNER = re.compile(r"(Grbl\w*) (\d{1,3}\.\d{1,3}\w*) \[(FluidNC)?.*\]", re.ASCII)
 _SETTING = re.compile(r"\$(\d{1,3})=(-?\d{1,9}(?:\.\d{1,6})?)(?: \(.*\))?", re.ASCII)
+_TEXT_SETTING = re.compile(r"\$(\d{1,3}|/[a-z0-9_/]{1,60})=(.*)", re.ASCII)
 _MESSAGE = re.compile(r"\[([A-Za-z0-9]{1,8}):(.*)\]")
-_STATUS = re.compile(r"<([A-Z][a-z]+(?::\d)?)((?:\|[A-Za-z]+:[^|<>]*)*)>", re.ASCII)
+_STATUS = re.compile(r"<([A-Z][a-z]+(?::\d{1,2})?)((?:\|[A-Za-z]+:[^|<>]*)*)>", re.ASCII)
 _POSITION = re.compile(r"-?\d{1,6}\.\d{3}", re.ASCII)
 
 
@@ -92,14 +104,22 @@ def parse_reply(line: str) -> Reply:
     if found := _ALARM.fullmatch(line):
         return Alarm(int(found[1]))
     if found := _BANNER.fullmatch(line):
-        return Banner(found[1])
+        return Banner(found[2], _dialect(found[1], found[3]))
     if found := _SETTING.fullmatch(line):
         return Setting(int(found[1]), float(found[2]))
+    if (found := _TEXT_SETTING.fullmatch(line)) and "\ufffd" not in line:
+        return Message(found[1], found[2])
     if found := _MESSAGE.fullmatch(line):
         return Message(found[1], found[2])
     if found := _STATUS.fullmatch(line):
         return _status(found[1], found[2]) or Noise(line)
     return Noise(line)
+
+
+def _dialect(name: str, fork: str | None) -> Dialect:
+    if fork is not None:
+        return Dialect.FLUIDNC
+    return Dialect.GRBLHAL if name.lower() == "grblhal" else Dialect.GRBL
 
 
 def _status(state: str, fields: str) -> Status | None:
@@ -131,6 +151,35 @@ _ALARMS = {
     9: "no limit switch was found; check the switch, its wiring and the homing direction ($23)",
 }
 
+_MORE_ALARMS = {
+    Dialect.GRBL: {},
+    Dialect.GRBLHAL: {
+        10: "the emergency stop is pressed; release it, then home",
+        11: "homing is required; home the stage",
+        12: "a limit switch is closed; clear the way, then home",
+        13: "probe protection; no probe is used here, check the wiring",
+        14: "the spindle did not reach its speed; no spindle is used here, switch it off",
+        15: "the second motor of the axis found no switch; check it, then home",
+        16: "the self-test failed; switch the controller off and on",
+        17: "the motor driver reports a fault; check motor and driver, then home",
+        18: "homing is not configured; set $22 and the axis of $44",
+        19: "Modbus does not answer; check the spindle's cable or switch it off",
+        20: "the expander does not answer; check its cable",
+        21: "the settings memory failed; restore the settings",
+    },
+    Dialect.FLUIDNC: {
+        10: "the spindle does not answer; remove it from the configuration",
+        11: "a control or limit pin was active at the start; release it, then home",
+        12: "both limit switches are closed; check their wiring",
+        13: "hard stop; clear the way, then home",
+        14: "not homed; home the stage",
+        15: "the controller has just started; home the stage",
+        16: "the expander was reset; home again",
+        17: "a line of G-code was wrong; check the cable",
+        18: "the probe hit; no probe is used here, check the wiring",
+    },
+}  # fmt: skip
+
 _REFUSALS = {
     1: "a word did not begin with a letter; if the line was damaged, check the cable",
     2: "a number could not be read; if the line was damaged, check the cable",
@@ -146,12 +195,15 @@ _REFUSALS = {
     20: "an unknown G-code word",
     22: "no feed rate",
     33: "not a valid target",
+    152: "FluidNC's configuration is invalid; see its boot messages ($SS)",
+    162: "FluidNC takes this setting from its configuration file only",
 }
 
 
-def alarm_text(code: int) -> str:
+def alarm_text(code: int, dialect: Dialect = Dialect.GRBL) -> str:
     """Say what an alarm means and what to do."""
-    return f"ALARM:{code}: {_ALARMS.get(code, 'unknown alarm; reset and home again')}"
+    alarms = _ALARMS | _MORE_ALARMS[dialect]
+    return f"ALARM:{code}: {alarms.get(code, 'unknown alarm; reset and home again')}"
 
 
 def refusal_text(code: int) -> str:

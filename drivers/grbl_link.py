@@ -4,6 +4,7 @@ from drivers.dialogue import QUIET_S, SLICE_S, Dialogue
 from drivers.grbl_dialect import (
     Alarm,
     Banner,
+    Dialect,
     Message,
     Ok,
     Refused,
@@ -55,6 +56,7 @@ class GrblLink:
             line, clock, device, parse=parse_reply, notice=self._notice, refuse=self._refuse
         )
         self._offset_mm: tuple[float, ...] | None = None
+        self._dialect = Dialect.GRBL
         self.is_homed = False
         """Whether machine coordinates mean anything; set after homing, cleared when lost."""
 
@@ -82,6 +84,7 @@ class GrblLink:
                 self._device,
                 f"found GRBL {banner.version}, this driver needs 1.1; update the firmware",
             )
+        self._dialect = banner.dialect
         self._drain()
         return banner
 
@@ -137,7 +140,7 @@ class GrblLink:
             while (reply := self._dialogue.heed(deadline_s)) is not None:
                 if isinstance(reply, Status):
                     self._offset_mm = reply.offset_mm or self._offset_mm
-                    self.is_homed = self.is_homed and reply.state != "Alarm"
+                    self.is_homed = self.is_homed and not reply.state.startswith("Alarm")
                     return reply
         timeout_s = STATUS_ATTEMPTS * STATUS_TIMEOUT_S
         raise StageTimeoutError(
@@ -164,7 +167,7 @@ class GrblLink:
         while True:
             status = self.status()
             state, machine_mm = status.state, self._machine_mm(status, axis)
-            is_at_rest = state in STATES_AT_REST
+            is_at_rest = _is_at_rest(state)
             if is_at_rest and machine_mm is not None and (state, machine_mm) == before:
                 return state, machine_mm
             before = (state, machine_mm)
@@ -196,7 +199,7 @@ class GrblLink:
                 if isinstance(reply, Alarm | Banner):
                     return
                 if isinstance(reply, Status):
-                    if reply.state in STATES_AT_REST:
+                    if _is_at_rest(reply.state):
                         return
                     break
             self._clock.sleep_s(SLICE_S)
@@ -250,7 +253,9 @@ class GrblLink:
 
     def _refuse(self, reply: Reply) -> None:
         if isinstance(reply, Alarm):
-            raise StageAlarmError(self._device, alarm_text(reply.code), code=f"ALARM:{reply.code}")
+            raise StageAlarmError(
+                self._device, alarm_text(reply.code, self._dialect), code=f"ALARM:{reply.code}"
+            )
         if isinstance(reply, Banner):
             self.is_homed = False
             raise StageAlarmError(
@@ -267,3 +272,8 @@ class GrblLink:
         if status.work_mm is None or self._offset_mm is None:
             return None
         return status.work_mm[axis] + self._offset_mm[axis]
+
+
+def _is_at_rest(state: str) -> bool:
+    """Whether nothing moves; some dialects say after a colon which alarm it is."""
+    return state in STATES_AT_REST or state.startswith("Alarm:")

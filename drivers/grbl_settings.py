@@ -65,6 +65,53 @@ def read_axis(
     return GrblAxis(settings[110 + axis] / 60.0, settings[120 + axis], range_mm, home_mm)
 
 
+FLUIDNC_KEYS = (
+    "soft_limits",
+    "max_rate_mm_per_min",
+    "acceleration_mm_per_sec2",
+    "max_travel_mm",
+    "homing/mpos_mm",
+    "homing/positive_direction",
+)
+"""Where FluidNC keeps what other dialects have as numbered settings, below `/axes/x/`."""
+
+
+def read_fluidnc_axis(
+    values: Mapping[str, str], config: GrblStageConfig, *, device: str
+) -> GrblAxis:
+    """Return what FluidNC's configuration says about the profile's axis.
+
+    Args:
+        values: the answers by key of `FLUIDNC_KEYS`.
+        config: names the axis.
+        device: name used in errors.
+
+    Raises:
+        ConfigError: a value is missing, or not as a measuring stage needs it.
+    """
+    where = f"/axes/{config.axis.lower()}"
+    missing = [key for key in FLUIDNC_KEYS if key not in values]
+    if missing:
+        raise ConfigError(
+            f"{device}: FluidNC has no {where}/{missing[0]}; give the axis homing and limits in "
+            "its configuration file"
+        )
+    if values["soft_limits"] != "true":
+        raise ConfigError(
+            f"{device}: FluidNC has {where}/soft_limits {values['soft_limits']}; set it to true in "
+            "its configuration file, so that the controller refuses what is too far"
+        )
+    try:
+        rate, acceleration, travel_mm, home_mm = (float(values[key]) for key in FLUIDNC_KEYS[1:5])
+    except ValueError as error:
+        raise ConfigError(
+            f"{device}: FluidNC's {where} holds what is no number: {error}"
+        ) from error
+    is_up = values["homing/positive_direction"] == "true"
+    range_mm = (home_mm - travel_mm, home_mm) if is_up else (home_mm, home_mm + travel_mm)
+    return GrblAxis(rate / 60.0, acceleration, range_mm, home_mm)
+
+
 def check_axis(config: GrblStageConfig, axis: GrblAxis, *, device: str) -> None:
     """See that the controller lets the stage go everywhere, and as fast, as the profile says.
 

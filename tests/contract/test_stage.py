@@ -22,7 +22,7 @@ from rig.errors import (
     StageTimeoutError,
 )
 from rig.profile import GrblStageConfig, MarlinFirmwareConfig, ZaberFirmwareConfig
-from tests.support.stages import FIRMWARE, MARLIN, STAGE, ZABER, simulated_bench
+from tests.support.stages import FIRMWARE, MARLIN, STAGE, ZABER, ZERO_MM, simulated_bench
 
 TIMEOUT_S = 60.0
 
@@ -42,6 +42,20 @@ class Candidate:
 @contextmanager
 def grbl_over_simulated_wire() -> Generator[Candidate]:
     with simulated_bench() as bench:
+        yield Candidate(bench.stage, bench.clock, STAGE.tolerance_mm)
+
+
+@contextmanager
+def grblhal_over_simulated_wire() -> Generator[Candidate]:
+    with simulated_bench(firmware=FIRMWARE.model_copy(update={"grbl_dialect": "grblhal"})) as bench:
+        yield Candidate(bench.stage, bench.clock, STAGE.tolerance_mm)
+
+
+@contextmanager
+def fluidnc_over_simulated_wire() -> Generator[Candidate]:
+    config = STAGE.model_copy(update={"distance_at_machine_zero_mm": ZERO_MM - 2.0})
+    firmware = FIRMWARE.model_copy(update={"grbl_dialect": "fluidnc"})
+    with simulated_bench(config, firmware) as bench:
         yield Candidate(bench.stage, bench.clock, STAGE.tolerance_mm)
 
 
@@ -95,6 +109,8 @@ Maker = Callable[[], AbstractContextManager[Candidate]]
 @pytest.fixture(
     params=[
         grbl_over_simulated_wire,
+        grblhal_over_simulated_wire,
+        fluidnc_over_simulated_wire,
         zaber_over_simulated_wire,
         zaber_in_a_chain,
         marlin_over_simulated_wire,

@@ -27,7 +27,9 @@ def home(machine: Machine) -> Program:
     yield from _approach_and_leave(machine, up * LOCATE * pull_off_mm, locate_mm_s)
     if not machine.flags.reset:
         switch_mm = -travel_mm if settings.homes_down(axis) else 0.0
-        machine.steppers.set_counted(switch_mm - up * pull_off_mm)
+        # FluidNC sets its mpos_mm, here 0, where the pull-off ends.
+        at_mm = 0.0 if settings.dialect == "fluidnc" else switch_mm - up * pull_off_mm
+        machine.steppers.set_counted(at_mm)
     yield from realtime(machine)
     if not machine.is_aborted:
         machine.state = State.IDLE

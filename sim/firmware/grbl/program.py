@@ -6,7 +6,7 @@ from sim.firmware.grbl.gcode import Block, GcodeError, parse_block
 from sim.firmware.grbl.homing import home
 from sim.firmware.grbl.machine import SOFT_LIMIT, Machine, Program
 from sim.firmware.grbl.realtime import auto_start, realtime
-from sim.firmware.grbl.report import BANNER, BUILD_INFO, HELP, State, modes_line, parameter_lines
+from sim.firmware.grbl.report import BANNERS, BUILD_INFO, HELP, State, modes_line, parameter_lines
 from sim.firmware.grbl.settings import INVALID_STATEMENT, SETTING_DISABLED
 
 OK = 0
@@ -29,7 +29,7 @@ def run(machine: Machine, boot_s: float) -> Program:
     machine.is_booting = False
     while True:
         machine.clear()
-        machine.printed += BANNER.encode()
+        machine.printed += BANNERS[machine.settings.dialect].encode()
         yield from _serve(machine)
 
 
@@ -70,6 +70,8 @@ def _sleep(machine: Machine) -> Program:
 
 
 def _execute(machine: Machine, line: str) -> Answer:
+    if machine.settings.dialect == "fluidnc" and line.startswith("$/"):
+        return _tell_tree(machine, line[1:].strip())
     text = _without_comments(line)
     if len(text) > LINE_CHARACTERS:
         return LINE_TOO_LONG
@@ -84,6 +86,13 @@ def _execute(machine: Machine, line: str) -> Answer:
     if machine.state in {State.ALARM, State.JOG}:
         return LOCKED
     return (yield from _gcode(machine, text))
+
+
+def _tell_tree(machine: Machine, path: str) -> int:
+    """Answer a question for a value of FluidNC's configuration."""
+    lines = machine.settings.tree_lines(path)
+    machine.print(*lines)
+    return OK if lines else INVALID_STATEMENT
 
 
 def _system_command(machine: Machine, text: str) -> int:
@@ -117,7 +126,7 @@ def _lines_about(machine: Machine, text: str) -> Sequence[str]:
         case "$G":
             return (modes_line(machine.modes),)
         case "$I":
-            return BUILD_INFO
+            return BUILD_INFO[machine.settings.dialect]
         case "$#":
             return parameter_lines(machine.modes.offset_mm)
         case "$N":

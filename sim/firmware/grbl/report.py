@@ -7,8 +7,16 @@ from sim.firmware.axes import Vector
 from sim.firmware.grbl.gcode import MM_PER_INCH, Modes
 from sim.firmware.grbl.settings import GrblSettings
 
-BANNER = "\r\nGrbl 1.1h ['$' for help]\r\n"
-BUILD_INFO = ("[VER:1.1h.20190830:]", "[OPT:V,15,128]")
+BANNERS = {
+    "grbl": "\r\nGrbl 1.1h ['$' for help]\r\n",
+    "grblhal": "\r\nGrblHAL 1.1f ['$' or '$HELP' for help]\r\n",
+    "fluidnc": "\r\nGrbl 3.7 [FluidNC v3.7.18 (noradio) '$' for help]\r\n",
+}
+BUILD_INFO = {
+    "grbl": ("[VER:1.1h.20190830:]", "[OPT:V,15,128]"),
+    "grblhal": ("[VER:1.1f.20240812:]", "[OPT:VNMSL,35,1024,3,0]", "[FIRMWARE:grblHAL]"),
+    "fluidnc": ("[VER:3.7 FluidNC v3.7.18 (noradio):]", "[OPT:MPHS]"),
+}
 HELP = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]"
 
 WCO_EVERY = {False: 10, True: 30}
@@ -74,6 +82,8 @@ class StatusReports:
             fields.append("WPos:" + self._vector((work_mm[0], work_mm[1], work_mm[2])))
         if mask & 2:
             fields.append(f"Bf:{now.free_blocks},{now.free_bytes}")
+        if self._settings.dialect == "grblhal" and now.state is State.ALARM:
+            fields[0] += ":11"
         fields.append(f"FS:{now.speed_mm_s * 60.0 / self._unit_mm:.0f},0")
         if now.switch:
             fields.append("Pn:" + now.switch)

@@ -31,6 +31,7 @@ class GrblSettings:
     """Values by number; they survive every reset, as in the EEPROM."""
 
     values: dict[int, float]
+    dialect: str = "grbl"
 
     @classmethod
     def of(cls, config: FirmwareConfig) -> "GrblSettings":
@@ -50,11 +51,33 @@ class GrblSettings:
                 110 + axis: config.max_rate_mm_s * 60.0,
                 120 + axis: config.acceleration_mm_s2,
                 130 + axis: config.travel_mm,
-            }
+            },
+            config.grbl_dialect,
         )
 
     def lines(self) -> list[str]:
         """Return the answer to `$$`."""
+        if self.dialect == "fluidnc":  # the rest is in its configuration file
+            return [f"$10={self.values[10]:.0f}"]
+        text = ["$300=grblHAL", "$302=192.168.5.1"] if self.dialect == "grblhal" else []
+        return [*self._numbers(), *text]
+
+    def tree_lines(self, path: str) -> list[str]:
+        """Return FluidNC's answer to a question for a value of its configuration."""
+        known: dict[str, str] = {}
+        for axis, name in enumerate(AXES.lower()):
+            known |= {
+                f"/axes/{name}/soft_limits": str(self.soft_limits).lower(),
+                f"/axes/{name}/max_rate_mm_per_min": f"{self.values[110 + axis]:.3f}",
+                f"/axes/{name}/acceleration_mm_per_sec2": f"{self.values[120 + axis]:.3f}",
+                f"/axes/{name}/max_travel_mm": f"{self.values[130 + axis]:.3f}",
+            }
+            if self.homing:
+                known[f"/axes/{name}/homing/mpos_mm"] = "0.000"
+                known[f"/axes/{name}/homing/positive_direction"] = "true"
+        return [f"${path}={known[path]}"] if path in known else []
+
+    def _numbers(self) -> list[str]:
         return [
             f"${number}={value:.3f}" if number in _WITH_DECIMALS else f"${number}={value:.0f}"
             for number, value in sorted(self.values.items())

@@ -11,6 +11,7 @@ from rig.errors import (
     StagePositionError,
     StageTimeoutError,
 )
+from rig.profile import FirmwareConfig
 from sim.clock import VirtualClock
 from tests.support.scripted_wire import Scripted, during_the_move, scripted
 from tests.support.stages import CARRIAGE, FIRMWARE, STAGE, URL, simulated_bench
@@ -92,6 +93,7 @@ def test_it_knows_the_controller() -> None:
         assert stage.identity == {
             "kind": "grbl",
             "port": URL,
+            "firmware": "grbl",
             "version": "1.1h",
             "build": "1.1h.20190830:",
             "options": "V,15,128",
@@ -392,3 +394,45 @@ def test_the_motor_is_switched_off_at_the_end_where_the_profile_wants_it() -> No
         assert b"<Sleep|" in bench.wire.transmit()
         with bench.stage as stage:
             stage.home()
+
+
+# -- dialects -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("dialect", "firmware", "version"),
+    [("grblhal", "grblHAL", "1.1f"), ("fluidnc", "FluidNC", "3.7")],
+)
+def test_descendants_of_grbl_are_known_by_name(dialect: str, firmware: str, version: str) -> None:
+    with simulated_bench(firmware=dialect_of(dialect)) as bench, bench.stage as stage:
+        assert stage.identity["firmware"] == firmware
+        assert stage.identity["version"] == version
+
+
+def dialect_of(dialect: str, **changes: object) -> FirmwareConfig:
+    return FIRMWARE.model_copy(update={"grbl_dialect": dialect, **changes})
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"soft_limits": False}, r"FluidNC has /axes/x/soft_limits false; set it to true"),
+        ({"homing": False}, r"FluidNC has no /axes/x/homing/mpos_mm"),
+    ],
+)
+def test_a_fluidnc_that_is_not_safe_is_refused(changes: dict[str, object], expected: str) -> None:
+    with (
+        simulated_bench(firmware=dialect_of("fluidnc", **changes)) as bench,
+        pytest.raises(ConfigError, match=expected),
+    ):
+        bench.stage.__enter__()
+
+
+def test_an_alarm_is_told_in_the_words_of_its_dialect() -> None:
+    firmware = dialect_of("grblhal")
+    with simulated_bench(firmware=firmware, before=Scripted) as bench, bench.stage as stage:
+        stage.home()
+        scripted(bench).on_transmit = lambda data: data + b"ALARM:17\r\n"
+        with pytest.raises(StageAlarmError, match="motor driver reports a fault"):
+            stage.move_to(150.0, TIMEOUT_S)
+        scripted(bench).on_transmit = lambda data: data

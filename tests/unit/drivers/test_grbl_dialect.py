@@ -8,6 +8,7 @@ from drivers.dialogue import Noise
 from drivers.grbl_dialect import (
     Alarm,
     Banner,
+    Dialect,
     Message,
     Ok,
     Refused,
@@ -30,10 +31,13 @@ HOME = (-2.0, 0.0, 0.0)
         ("error:9", Refused(9)),
         ("ALARM:2", Alarm(2)),
         ("Grbl 1.1h ['$' for help]", Banner("1.1h")),
-        ("GrblHAL 1.1f ['$' or '$HELP' for help]", Banner("1.1f")),
-        ("Grbl 3.7 [FluidNC v3.7.8 (wifi) '$' for help]", Banner("3.7")),
+        ("GrblHAL 1.1f ['$' or '$HELP' for help]", Banner("1.1f", Dialect.GRBLHAL)),
+        ("Grbl 3.7 [FluidNC v3.7.8 (wifi) '$' for help]", Banner("3.7", Dialect.FLUIDNC)),
         ("$130=820.000", Setting(130, 820.0)),
         ("$110=500.000 (x max rate, mm/min)", Setting(110, 500.0)),
+        ("$302=192.168.5.1", Message("302", "192.168.5.1")),
+        ("$/axes/x/homing/mpos_mm=0.000", Message("/axes/x/homing/mpos_mm", "0.000")),
+        ("<Alarm:11|MPos:-2.000,0.000,0.000|H:0>", Status("Alarm:11", HOME, None, None)),
         ("[VER:1.1h.20190830:]", Message("VER", "1.1h.20190830:")),
         ("[MSG:'$H'|'$X' to unlock]", Message("MSG", "'$H'|'$X' to unlock")),
         ("<Idle|MPos:-2.000,0.000,0.000|FS:0,0>", Status("Idle", HOME, None, None)),
@@ -123,3 +127,9 @@ def test_alarms_say_what_to_do(code: int) -> None:
 @pytest.mark.parametrize("code", [1, 2, 3, 5, 8, 9, 15, 20, 22, 77])
 def test_refusals_have_a_reason(code: int) -> None:
     assert refusal_text(code).startswith(f"error:{code}: ")
+
+
+@pytest.mark.parametrize(("dialect", "last"), [(Dialect.GRBLHAL, 21), (Dialect.FLUIDNC, 18)])
+def test_every_alarm_of_a_dialect_has_words(dialect: Dialect, last: int) -> None:
+    assert all("unknown" not in alarm_text(code, dialect) for code in range(1, last + 1))
+    assert "unknown alarm" in alarm_text(last + 1, dialect)
