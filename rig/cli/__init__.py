@@ -18,6 +18,7 @@ from rig.cli.history import history
 from rig.cli.import_calibration import import_calibration
 from rig.cli.report import report
 from rig.cli.sweep import sweep
+from rig.cli.target import target
 from rig.errors import RigError
 
 app = typer.Typer(
@@ -31,6 +32,7 @@ app = typer.Typer(
 )
 app.command()(devices)
 app.command()(check)
+app.command()(target)
 app.command()(calibrate)
 app.command()(sweep)
 app.command()(capture)

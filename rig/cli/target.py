@@ -1,0 +1,135 @@
+"""`rig target`: a board to print."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rig.cli.options import AsJson, Overrides
+from rig.cli.output import show, show_json
+
+if TYPE_CHECKING:
+    from rig.geometry.targets import Target
+
+
+class Kind(StrEnum):
+    """What can be drawn."""
+
+    CHECKERBOARD = "checkerboard"
+    CHARUCO = "charuco"
+
+
+def target(
+    profile_name: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[PROFILE]", help="Draw the target of this profile.", show_default=False
+        ),
+    ] = None,
+    *,
+    out: Annotated[
+        Path,
+        typer.Option("--out", metavar="FILE", help="A .pdf, .svg or .png.", show_default=False),
+    ],
+    kind: Annotated[
+        Kind | None, typer.Option("--kind", help="Draw this, without a profile.")
+    ] = None,
+    size: Annotated[
+        str,
+        typer.Option(
+            "--size",
+            metavar="COLUMNSxROWS",
+            help="Inner corners of a checkerboard, squares of a ChArUco board.",
+        ),
+    ] = "9x6",
+    square_mm: Annotated[float, typer.Option("--square-mm", help="Side of a square.")] = 25.0,
+    marker_mm: Annotated[
+        float | None,
+        typer.Option("--marker-mm", help="Side of a marker.", show_default="3/4 of a square"),
+    ] = None,
+    dictionary: Annotated[
+        str, typer.Option("--dictionary", help="One of OpenCV's dictionaries of markers.")
+    ] = "4X4_50",
+    inverted: Annotated[bool, typer.Option("--inverted", help="White on black.")] = False,
+    legacy: Annotated[
+        bool, typer.Option("--legacy", help="The pattern of OpenCV before 4.6.")
+    ] = False,
+    page: Annotated[
+        str, typer.Option("--page", help="a4, a3, a2, letter, tabloid, or WIDTHxHEIGHT in mm.")
+    ] = "a4",
+    border_mm: Annotated[
+        float, typer.Option("--border-mm", min=0.0, help="What the printer leaves white.")
+    ] = 5.0,
+    dots_per_in: Annotated[
+        float, typer.Option("--dpi", min=10.0, help="Resolution of a .png.")
+    ] = 300.0,
+    overrides: Overrides = None,
+    as_json: AsJson = False,
+) -> None:
+    """Draw a target to scale, to be printed at 100 %.
+
+    On it stand the size of its squares and a ruler of 100 mm: measure that, and a few squares, and
+    glue the print onto something flat.
+    """
+    from rig.printing.board_areas import board_size_mm
+    from rig.printing.sheet import draw_sheet, page_mm
+    from rig.printing.write import write_sheet
+
+    if (profile_name is None) == (kind is None):
+        raise typer.BadParameter("give either PROFILE or --kind")
+    if profile_name is not None:
+        board = _of_profile(profile_name, overrides or [])
+    else:
+        board = _asked(kind, size, square_mm, marker_mm, dictionary, inverted, legacy)
+    drawing = draw_sheet(board, page_mm(page), border_mm)
+    write_sheet(out, drawing, dots_per_in)
+    width_mm, height_mm = board_size_mm(board)
+    if as_json:
+        show_json(
+            {
+                "file": str(out),
+                "page_mm": [drawing.width_mm, drawing.height_mm],
+                "board_mm": [width_mm, height_mm],
+                "square_mm": board.square_mm,
+            }
+        )
+        return
+    show(
+        f"{out}: {drawing.title}, board {width_mm:g} x {height_mm:g} mm on a page of "
+        f"{drawing.width_mm:g} x {drawing.height_mm:g} mm; print at 100 %, then measure the ruler"
+    )
+
+
+def _of_profile(name: str, overrides: list[str]) -> "Target":
+    from rig.errors import ConfigError
+    from rig.profile.load import load_profile
+    from rig.target import target_of
+
+    profile = load_profile(name, overrides)
+    if profile.target is None:
+        raise ConfigError(
+            f"profile {profile.name}: has no [target] to draw; add one, or use --kind"
+        )
+    return target_of(profile.target)
+
+
+def _asked(
+    kind: Kind | None,
+    size: str,
+    square_mm: float,
+    marker_mm: float | None,
+    dictionary: str,
+    inverted: bool,
+    legacy: bool,
+) -> "Target":
+    from rig.geometry.board import Board
+    from rig.geometry.targets import CharucoBoard
+
+    columns, cross, rows = size.lower().partition("x")
+    if not (cross and columns.isdigit() and rows.isdigit()):
+        raise typer.BadParameter(f"--size {size}: write COLUMNSxROWS, such as 9x6")
+    if kind is Kind.CHECKERBOARD:
+        return Board(int(columns), int(rows), square_mm)
+    marker_mm = 0.75 * square_mm if marker_mm is None else marker_mm
+    return CharucoBoard(int(columns), int(rows), square_mm, marker_mm, dictionary, inverted, legacy)

@@ -1,0 +1,1 @@
+"""Targets on paper: one list of shapes, written as PDF, SVG or PNG at true size."""
