@@ -11,6 +11,9 @@ from rig.errors import ConfigError
 
 Float = NDArray[np.float64]
 
+_SMALL_RAD = 1e-4
+"""Below this the sine of an angle is the angle, to 2e-13."""
+
 
 @dataclass(frozen=True, slots=True)
 class Pose:
@@ -52,7 +55,11 @@ class Pose:
     @property
     def rotation_rad(self) -> Float:
         """(3,) Rodrigues vector of the rotation."""
-        vector, _ = cv2.Rodrigues(self.rotation)
+        r = self.rotation
+        sine = 0.5 * np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
+        if np.abs(sine).max() < _SMALL_RAD and np.trace(r) > 0:
+            return sine  # OpenCV gives 0 below 1e-5 rad, a hundredth of a pixel
+        vector, _ = cv2.Rodrigues(r)
         return np.asarray(vector, np.float64).reshape(3)
 
     def __matmul__(self, other: "Pose") -> "Pose":

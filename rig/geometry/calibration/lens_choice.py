@@ -16,6 +16,8 @@ SIMPLEST_FIRST: tuple[LensModel, ...] = ("brown5", "fisheye", "brown8")
 """A later model must be better than an earlier one by more than chance; the rational one can bend
 outside the pictures that taught it, so it comes last."""
 _STANDARD_ERRORS = 2.0
+_TRIFLE = 0.01
+"""Share of the mean square that is not worth another model, however sure it is."""
 _GRID = 15
 
 
@@ -44,9 +46,14 @@ def score_lenses(squares_px2: Sequence[tuple[LensModel, Float]]) -> tuple[LensSc
 
 
 def choose_lens(scores: Sequence[LensScore]) -> LensModel:
-    """Return the first, simplest model that is not worse than the best by more than chance."""
+    """Return the first, simplest model that the best one beats by chance or by a trifle only."""
     best = min(scores, key=lambda score: score.rms_px)
-    good = (score for score in scores if score.worse_px2 <= _STANDARD_ERRORS * score.sem_px2)
+    trifle_px2 = _TRIFLE * best.rms_px**2
+    good = (
+        score
+        for score in scores
+        if score.worse_px2 <= max(_STANDARD_ERRORS * score.sem_px2, trifle_px2)
+    )
     return next(good, best).lens
 
 

@@ -29,9 +29,10 @@ class Target:
 
     @property
     def half_mm(self) -> Float:
-        """(2,) half its extent."""
+        """(2,) half its extent; 1 where it has none."""
         plane = self.points_mm[:, :2]
-        return (plane.max(axis=0) - plane.min(axis=0)) / 2
+        half = (plane.max(axis=0) - plane.min(axis=0)) / 2
+        return np.where(half > 0, half, 1.0)
 
     @property
     def bending(self) -> Float:

@@ -112,3 +112,10 @@ def test_a_geometry_has_one_camera_and_pose_per_view() -> None:
         RigGeometry(("a", "b"), 0, (one,), (Pose.identity(),))
     with pytest.raises(ConfigError, match="covariance"):
         RigGeometry(("a",), 0, (one,), (Pose.identity(),), np.eye(3))
+
+
+@pytest.mark.parametrize("angle_rad", [1e-9, 3e-6, 5e-5, 2e-4, 0.5, np.pi])
+def test_a_pose_keeps_the_smallest_of_turns(angle_rad: float):
+    vector = angle_rad * np.array([0.6, 0.0, 0.8])
+    pose = Pose.from_vectors(vector, np.zeros(3))
+    assert pose.rotation_rad == pytest.approx(vector, rel=1e-7)
