@@ -1,0 +1,146 @@
+"""Tilt of board and stage from the stops of a sweep, in closed form."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rig.curve import CurvePoint
+from rig.plan import Stop
+from rig.profile.load import load_profile
+from rig.rectified import Rectifier
+from rig.sweep.alignment import board_field, measure_alignment
+from rig.sweep.calibration_use import calibration_use
+from rig.sweep.points import StopResult, without_field
+from tests.support.cameras import SmallRig
+from tests.support.geometry import true_geometry
+
+DISTANCES_MM = (400.0, 480.0, 560.0, 650.0, 750.0, 900.0, 1050.0, 1200.0)
+REAL = SmallRig(name="sim-real")
+FOCAL_PX = 610.0
+
+
+def stops(
+    rectifier: Rectifier, *, board_deg: tuple[float, float], stage_deg: tuple[float, float]
+) -> list[StopResult]:
+    """A flat board with a tilt against the reference camera, carried along a slanted way."""
+    numbers = np.random.default_rng(2)
+    rise = np.tan(np.radians(board_deg))
+    way = np.tan(np.radians(stage_deg))
+    made: list[StopResult] = []
+    for index, z_mm in enumerate(DISTANCES_MM):
+        centre_mm = np.array([3.0 + way[0] * z_mm, -2.0 + way[1] * z_mm, z_mm])
+        if rectifier.rectification is None:
+            centre_px = FOCAL_PX * centre_mm[:2] / z_mm + (319.5, 199.5)
+        else:
+            raw = rectifier.rectification.geometry.project(0, centre_mm[None])
+            centre_px = rectifier.rectification.rectified_px(0, raw)[0]
+        centre_px = centre_px + numbers.normal(0.0, 0.005, 2)
+        # m = f p / Z and 1 / Z = (1 - rise (x, y)) / (Z_centre - rise (X, Y)).
+        common = rise if rectifier.rectification is None else (
+            rectifier.rectification.common_from_reference[:2, :2] @ rise
+        )  # fmt: skip
+        tilt = -40.0 * common / (z_mm - rise @ centre_mm[:2]) + numbers.normal(0.0, 2e-6, 2)
+        slope_px = 24400.0 / z_mm - 35.0
+        made.append(
+            StopResult(
+                stop=Stop(index, z_mm, "fit", "forward"),
+                point=CurvePoint(z_mm, slope_px, 1e-3, 1e-3, 3, "fit", "forward"),
+                corner_slope_px=slope_px,
+                dense_slope_px=None,
+                track_residual_px=0.01,
+                motion_px=0.01,
+                epipolar_px=(0.01, 0.02, 0.05),
+                centre_px=(float(centre_px[0]), float(centre_px[1])),
+                tilt=(float(tilt[0]), float(tilt[1])),
+                tilt_sigma=(2e-6, 2e-6),
+                problem=None,
+            )
+        )
+    return made
+
+
+def rectifiers() -> list[Rectifier]:
+    geometry = true_geometry(REAL.profile, REAL.world.moment(0.0))
+    return [Rectifier(load_profile("sim")), Rectifier(REAL.profile, geometry, 1)]
+
+
+@pytest.mark.parametrize("rectifier", rectifiers(), ids=["as they are", "calibrated"])
+def test_what_is_tilted_is_found_with_its_sign_and_size(rectifier: Rectifier) -> None:
+    taken = stops(rectifier, board_deg=(0.8, -0.4), stage_deg=(-0.3, 0.5))
+    field = board_field(taken, rectifier)
+    assert field is not None
+    found = measure_alignment(taken, rectifier, field, FOCAL_PX)
+    assert found.board is not None
+    assert found.stage is not None
+    assert (found.board.right_deg, found.board.down_deg) == pytest.approx((0.8, -0.4), abs=0.02)
+    assert (found.stage.right_deg, found.stage.down_deg) == pytest.approx((-0.3, 0.5), abs=0.01)
+    assert max(*found.board.sigma_deg, *found.stage.sigma_deg) < 0.02
+    board, stage = found.lines()
+    assert "right side 0.8" in board
+    assert "farther and lower side 0.4" in board
+    assert "nearer (k=2); turn it back" in board
+    assert "deg left" in stage
+    assert "deg below" in stage
+    assert ("middle of the picture" in stage) == (rectifier.rectification is None)
+
+
+def test_what_stands_right_needs_no_turning() -> None:
+    rectifier = rectifiers()[0]
+    taken = stops(rectifier, board_deg=(0.0, 0.0), stage_deg=(0.01, 0.0))
+    found = measure_alignment(taken, rectifier, board_field(taken, rectifier), FOCAL_PX)
+    assert all("nothing to turn" in line for line in found.lines())
+
+
+def test_what_is_unknown_is_not_made_up() -> None:
+    rectifier = rectifiers()[0]
+    taken = stops(rectifier, board_deg=(1.0, 0.0), stage_deg=(0.0, 0.0))
+    assert board_field(taken[:4], rectifier) is None
+    blind = [replace(stop, tilt=None, centre_px=None) for stop in taken]
+    assert board_field(blind, rectifier) is None
+    found = measure_alignment(blind, rectifier, None, None)
+    assert (found.board, found.stage, found.lines()) == (None, None, [])
+    assert found.as_dict() == {"board": None, "stage": None, "calibrated": False}
+
+
+def test_a_field_is_taken_out_of_every_slope_of_a_stop() -> None:
+    rectifier = rectifiers()[0]
+    taken = stops(rectifier, board_deg=(1.0, 0.0), stage_deg=(0.5, 0.0))
+    turned = [
+        replace(stop, tilt=(stop.tilt[0] + 1e-4, stop.tilt[1]))
+        for stop in taken
+        if stop.tilt is not None
+    ]
+    field = board_field(turned, rectifier)
+    assert field is not None
+    assert field.term is not None
+    for before, after in zip(turned, without_field(turned, field.term), strict=True):
+        assert before.point is not None
+        assert after.point is not None
+        assert before.centre_px is not None
+        added_px = 1e-4 * (before.centre_px[0] - 319.5)
+        assert before.point.slope_px - after.point.slope_px == pytest.approx(added_px, abs=2e-4)
+        assert after.corner_slope_px == after.point.slope_px
+        assert after.dense_slope_px is None
+
+
+def test_cameras_and_stage_are_compared() -> None:
+    plain, calibrated = rectifiers()
+    assert calibration_use([], plain) is None
+    taken = stops(calibrated, board_deg=(0.0, 0.0), stage_deg=(0.0, 0.0))
+    rectification = calibrated.rectification
+    assert rectification is not None
+    law = rectification.inverse_law_px_mm
+    off = [
+        replace(s, point=replace(s.point, slope_px=law / (1.001 * z) - rectification.infinity_px))
+        for s, z in zip(taken, DISTANCES_MM, strict=True)
+        if s.point is not None
+    ]
+    use = calibration_use(off, calibrated)
+    assert use is not None
+    assert use.disagreement_pct == pytest.approx(0.1, abs=1e-6)
+    assert use.stage is not None
+    assert use.stage[0] == 1.0015
+    assert use.stage[1] == pytest.approx(0.585, abs=0.01)
+    assert "scale 1.00150" in use.lines()[0]
+    assert "0.1000 % rms" in use.lines()[1]
