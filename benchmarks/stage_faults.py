@@ -10,22 +10,18 @@ the sweep is resumed with what it had. Every sample's distance is compared with 
 import argparse
 import random
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from types import TracebackType
-from typing import Self
-
-import numpy as np
 
 from rig.devices import Clock
 from rig.errors import DeviceLostError, RigError
-from rig.frames import Frame, MultiView
 from rig.plan import Stop, plan_stops
 from rig.sweep.take import SweepTimes, run_sweep
 from sim.wire import Firmware
 from sim.wire.faults import Fault, FaultyWire
 from tests.support.stages import MARLIN, STAGE, ZABER, Bench, simulated_bench
 from tests.support.wire_faults import IN_MOTION, MAKERS, NO_FAULT
+from tests.support.witness import Witness
 
 STAGES = {config.kind: config for config in (STAGE, ZABER, MARLIN)}
 DISTANCES_MM = (115.0, 130.0, 160.0, 185.0, 199.0)
@@ -63,41 +59,6 @@ class Tally:
         return not (self.late or self.wrong or self.moving or self.not_resumed)
 
 
-class Witness:
-    """A camera that notes where the board truly is; keeps `rig.devices.Camera`."""
-
-    views = ("centre",)
-    identity: Mapping[str, str] = {"kind": "witness"}
-    dropped: Mapping[str, int] = {}
-
-    def __init__(self, bench: Bench) -> None:
-        self._bench = bench
-        self.seen_mm: list[float] = []
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Nothing to give back."""
-
-    def grab(self, timeout_s: float) -> MultiView:
-        """See `Camera.grab`."""
-        self.seen_mm.append(self._bench.true_mm())
-        image = np.zeros((1, 1), np.uint8)
-        now_s = self._bench.clock.now_s()
-        return MultiView((Frame("centre", image, timestamp_s=now_s, sequence=len(self.seen_mm)),))
-
-    def stream(self) -> Iterator[MultiView]:
-        """See `Camera.stream`."""
-        while True:
-            yield self.grab(1.0)
-
-
 class WatchedWire(FaultyWire):
     """A wire that notes how much had passed whenever the carriage moved."""
 
@@ -125,7 +86,7 @@ class Sweep:
     def run(self) -> None:
         """Open, home, take what is missing."""
         clock: Clock = self.bench.clock
-        camera = Witness(self.bench)
+        camera = Witness(clock, self.bench.true_mm)
         with self.bench.stage as stage:
             stage.home()
             done = {stop: frozenset(numbers) for stop, numbers in self.done.items()}

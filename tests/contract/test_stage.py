@@ -21,8 +21,11 @@ from rig.errors import (
     StageLimitError,
     StageTimeoutError,
 )
+from rig.plan import plan_stops
 from rig.profile import GrblStageConfig, MarlinFirmwareConfig, ZaberFirmwareConfig
+from rig.sweep.take import SweepTimes, run_sweep
 from tests.support.stages import FIRMWARE, MARLIN, STAGE, ZABER, ZERO_MM, simulated_bench
+from tests.support.witness import Witness
 
 TIMEOUT_S = 60.0
 
@@ -235,6 +238,28 @@ def test_stop_from_another_thread_ends_the_move(stage: Stage, candidate: Candida
     assert stage.position_mm == stopped_mm
     assert all(isinstance(f, StageAlarmError) and f.code == "stopped" for f in failures)
     assert failures or stopped_mm == pytest.approx(far_mm, abs=candidate.tolerance_mm)
+
+
+def test_a_sweep_runs_over_it(stage: Stage, candidate: Candidate) -> None:
+    near_mm, far_mm = stage.travel_mm
+    distances_mm = [near_mm + share * (far_mm - near_mm) for share in (0.0, 0.3, 0.6, 1.0)]
+    stops = plan_stops(
+        distances_mm, holdout_every=0, backward_every=2, travel_mm=stage.travel_mm, stage="stage"
+    )
+    taken = run_sweep(
+        stops,
+        stage=stage,
+        camera=Witness(candidate.clock, lambda: math.nan),
+        clock=candidate.clock,
+        samples=2,
+        settle_s=0.1,
+        move_timeout_s=TIMEOUT_S,
+        grab_timeout_s=1.0,
+        times=SweepTimes(),
+    )
+    for sample in taken:
+        wanted_mm = sample.stop.distance_mm
+        assert sample.reached_mm == pytest.approx(wanted_mm, abs=candidate.tolerance_mm)
 
 
 def test_after_opening_again_only_a_kept_reference_counts(candidate: Candidate) -> None:
