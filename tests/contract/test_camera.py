@@ -22,6 +22,8 @@ from tests.support.cameras import SMALL, SmallRig
 from tests.support.video_arrays import VIDEO_PERIOD_S, video_array
 
 VIEWS = ("centre", "left", "right", "top", "bottom")
+PATIENCE_S = 10.0
+"""Longest wait for a camera in real time, on a machine that is busy."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,7 @@ def case(request: pytest.FixtureRequest, tmp_path: Path) -> Case:
 
 def test_a_grab_has_every_view_in_the_promised_order(case: Case):
     with case.camera as camera:
-        multi_view = camera.grab(1.0)
+        multi_view = camera.grab(PATIENCE_S)
         assert camera.views == VIEWS
         assert tuple(frame.view for frame in multi_view.frames) == VIEWS
         assert len({frame.image.shape for frame in multi_view.frames}) == 1
@@ -123,14 +125,14 @@ def test_a_grab_has_every_view_in_the_promised_order(case: Case):
 
 def test_pixels_are_read_only(case: Case):
     with case.camera as camera:
-        for frame in camera.grab(1.0).frames:
+        for frame in camera.grab(PATIENCE_S).frames:
             with pytest.raises(ValueError, match="read-only"):
                 frame.image[0, 0] = 1
 
 
 def test_times_and_numbers_of_frames_grow(case: Case):
     with case.camera as camera:
-        taken = [camera.grab(1.0) for _ in range(3)]
+        taken = [camera.grab(PATIENCE_S) for _ in range(3)]
     for before, after in itertools.pairwise(taken):
         for earlier, later in zip(before.frames, after.frames, strict=True):
             assert later.timestamp_s > earlier.timestamp_s
@@ -142,35 +144,35 @@ def test_a_frame_is_not_older_than_the_grab_that_asked_for_it(case: Case):
         for _ in range(3):
             case.clock.sleep_s(0.001)
             called_s = case.clock.now_s()
-            multi_view = camera.grab(1.0)
+            multi_view = camera.grab(PATIENCE_S)
             assert all(frame.timestamp_s >= called_s for frame in multi_view.frames)
             assert case.clock.now_s() >= multi_view.timestamp_s
 
 
 def test_views_of_one_grab_belong_to_one_instant(case: Case):
     with case.camera as camera:
-        assert camera.grab(1.0).skew_s <= 0.005
+        assert camera.grab(PATIENCE_S).skew_s <= 0.005
 
 
 def test_a_closed_camera_gives_nothing(case: Case):
     with pytest.raises(DeviceLostError, match="not open"):
-        case.camera.grab(1.0)
+        case.camera.grab(PATIENCE_S)
     with case.camera as camera:
-        camera.grab(1.0)
+        camera.grab(PATIENCE_S)
     with pytest.raises(DeviceLostError, match="not open"):
-        case.camera.grab(1.0)
+        case.camera.grab(PATIENCE_S)
     with pytest.raises(DeviceLostError, match="not open"):
         next(case.camera.stream())
 
 
 def test_it_can_be_opened_again(case: Case):
     with case.camera as camera:
-        first = camera.grab(1.0)
+        first = camera.grab(PATIENCE_S)
     with case.camera as camera:
-        again = camera.grab(1.0)
+        again = camera.grab(PATIENCE_S)
     for frame, before in zip(again.frames, first.frames, strict=True):
         # A free-running camera counts from its opening, and a grab waits for the next frame.
-        assert frame.sequence <= before.sequence + (0 if case.stored is not None else 5)
+        assert frame.sequence <= before.sequence + (0 if case.stored is not None else 50)
 
 
 def test_a_stream_yields_multi_views_one_after_the_other(case: Case):

@@ -79,7 +79,7 @@ def plug_all() -> None:
 
 def camera_config(views: dict[str, int], **values: object) -> V4l2CameraConfig:
     """Return the configuration of the named cameras, 320 x 180 grey at 10 Hz unless told."""
-    plain = {"kind": "v4l2", "width_px": 320, "height_px": 180, "rate_hz": 10, "timeout_s": 3.0}
+    plain = {"kind": "v4l2", "width_px": 320, "height_px": 180, "rate_hz": 10, "timeout_s": 10.0}
     devices = {view: str(capture_path(number)) for view, number in views.items()}
     given = {**plain, "pixel_format": "GREY", "max_skew_s": 0.025, "devices": devices, **values}
     return V4l2CameraConfig.model_validate(given)

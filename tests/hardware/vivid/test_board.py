@@ -24,9 +24,9 @@ def test_a_rendered_board_arrives_byte_for_byte_and_is_found():
         with VideoOutput(output_path(NUMBER), width_px=640, height_px=480) as output:
             output.write(pictures[0])
             with camera:
-                first = camera.grab(5.0).frames[0].image
+                first = camera.grab(10.0).frames[0].image
                 output.write(pictures[1])
-                later = [camera.grab(5.0).frames[0].image for _ in range(10)]
+                later = [camera.grab(10.0).frames[0].image for _ in range(10)]
     finally:
         use_webcam(NUMBER)
     assert np.array_equal(first, pictures[0])
@@ -39,4 +39,4 @@ def test_a_rendered_board_arrives_byte_for_byte_and_is_found():
     board = Board(columns=9, rows=6, square_mm=25.0)
     sent, came = find_corners(pictures[0], board), find_corners(first, board)
     assert np.array_equal(sent.xy_px, came.xy_px)
-    assert len(came.xy_px) == 54
+    assert came.xy_px.shape == (6, 9, 2)

@@ -124,9 +124,9 @@ def test_gain_ends_its_automatism_and_is_refused_while_that_rules(path: Path):
 def test_every_pixel_format_shows_the_same_picture_as_grey(path: Path, name: str, full: int):
     still = {"osd_text_mode": "None", "test_pattern": "Gray Ramp"}
     with one_camera(controls=still) as camera:
-        grey = camera.grab(3.0).frames[0]
+        grey = camera.grab(10.0).frames[0]
     with one_camera(controls=still, pixel_format=name) as camera:
-        other = camera.grab(3.0).frames[0]
+        other = camera.grab(10.0).frames[0]
     assert other.full_scale == full
     assert other.image.shape == grey.image.shape
     ours = other.image.astype(float) * 255.0 / full

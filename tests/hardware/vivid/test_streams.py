@@ -52,7 +52,7 @@ def test_four_cameras_are_one():
 
 def test_buffers_with_the_error_flag_are_dropped_and_counted():
     with one_camera() as camera:
-        camera.grab(3.0)
+        camera.grab(10.0)
         inject("inject_v4l2_buf_flag_error")
         next(camera.stream())
         list(itertools.islice(camera.stream(), 3))
@@ -61,9 +61,9 @@ def test_buffers_with_the_error_flag_are_dropped_and_counted():
 
 def test_a_fatal_streaming_error_is_overcome():
     with one_camera() as camera:
-        before = camera.grab(3.0).frames[0]
+        before = camera.grab(10.0).frames[0]
         inject("inject_fatal_streaming_error")
-        after = camera.grab(3.0).frames[0]
+        after = camera.grab(10.0).frames[0]
         assert camera.dropped["restart"] == 1
     assert after.sequence > before.sequence
     assert after.timestamp_s > before.timestamp_s
@@ -71,9 +71,9 @@ def test_a_fatal_streaming_error_is_overcome():
 
 def test_an_error_of_queueing_is_overcome():
     with one_camera() as camera:
-        camera.grab(3.0)
+        camera.grab(10.0)
         inject("inject_vidioc_qbuf_error")
-        camera.grab(3.0)
+        camera.grab(10.0)
         assert camera.dropped["restart"] == 1
 
 
@@ -84,7 +84,7 @@ def test_a_stream_that_does_not_start_is_an_error_and_the_next_try_works(name: s
     with pytest.raises(DeviceLostError, match="does not start to stream"), failing as camera:
         camera.start()
     with one_camera() as camera:
-        assert camera.grab(3.0).frames[0].image.shape == (180, 320)
+        assert camera.grab(10.0).frames[0].image.shape == (180, 320)
 
 
 def test_dropped_buffers_show_as_lost_frames():
@@ -124,11 +124,11 @@ def test_the_source_of_the_timestamp_is_known():
     set_control(0, "timestamp_source", 1)
     try:
         with one_camera() as camera:
-            at_start = camera.grab(3.0).frames[0]
+            at_start = camera.grab(10.0).frames[0]
     finally:
         set_control(0, "timestamp_source", 0)
     with one_camera() as camera:
-        at_end = camera.grab(3.0).frames[0]
+        at_end = camera.grab(10.0).frames[0]
     assert at_start.uncertainty_s == 0.0
     assert at_end.uncertainty_s == pytest.approx(0.2)
 
@@ -136,31 +136,31 @@ def test_the_source_of_the_timestamp_is_known():
 def test_unplugged_in_the_middle_and_plugged_in_again():
     array = four()
     with array as camera:
-        camera.grab(3.0)
+        camera.grab(10.0)
         unplug_all()
         with pytest.raises(DeviceLostError, match="-vid-cap: was unplugged"):
             for _ in range(20):
-                camera.grab(3.0)
+                camera.grab(10.0)
     with pytest.raises(DeviceNotFoundError, match=r"4 of 4 did not open: .*is not there"):
         array.__enter__()
     plug_all()
     again = four()
     with again as camera:
-        multi_view = camera.grab(3.0)
+        multi_view = camera.grab(10.0)
     assert multi_view.skew_s <= 0.2
     assert np.ptp(multi_view.frames[2].image) > 50
 
 
 def test_a_disconnect_of_one_camera_is_a_loss_of_that_one():
     with four() as camera:
-        camera.grab(3.0)
+        camera.grab(10.0)
         set_control(2, "disconnect", 1)
         with pytest.raises(DeviceLostError, match="vivid-002-vid-cap: was unplugged"):
             for _ in range(20):
-                camera.grab(3.0)
+                camera.grab(10.0)
     with pytest.raises(DeviceNotFoundError, match=r"vivid-002-vid-cap: is not there"):
         four().__enter__()
     unplug_all()
     plug_all()
     with four() as camera:
-        assert len(camera.grab(3.0).frames) == 4
+        assert len(camera.grab(10.0).frames) == 4
