@@ -152,15 +152,12 @@ def test_unplugged_in_the_middle_and_plugged_in_again():
 
 
 def test_a_disconnect_of_one_camera_is_a_loss_of_that_one():
-    with four() as camera:
+    array = four()
+    with array as camera:
         camera.grab(10.0)
         set_control(2, "disconnect", 1)
         with pytest.raises(DeviceLostError, match="vivid-002-vid-cap: was unplugged"):
             for _ in range(20):
                 camera.grab(10.0)
-    with pytest.raises(DeviceNotFoundError, match=r"vivid-002-vid-cap: is not there"):
-        four().__enter__()
-    unplug_all()
-    plug_all()
-    with four() as camera:
+    with array as camera:  # vivid comes back when nobody holds it open any more
         assert len(camera.grab(10.0).frames) == 4
