@@ -128,10 +128,10 @@ class V4l2Camera:
 
     def stream(self) -> Iterator[MultiView]:
         """See `Camera.stream`; frames from before the call are passed over."""
-        called_s = self._clock.now_s()
+        called_s = good_s = self._clock.now_s()
         passed_over = 0
         while True:
-            frame = self._next(self._config.timeout_s)
+            frame = self._next(good_s + self._config.timeout_s - self._clock.now_s())
             if frame is None or frame.timestamp_s < called_s:
                 continue
             if self._is_late(frame) and passed_over < BUFFERS:  # then all the old ones are through
@@ -140,6 +140,7 @@ class V4l2Camera:
                 continue
             passed_over = 0
             yield MultiView((frame,))
+            good_s = self._clock.now_s()
 
     def _next(self, timeout_s: float) -> Frame | None:
         """Return the next frame; None for one that turns out to be damaged."""

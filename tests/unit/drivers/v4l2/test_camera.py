@@ -122,6 +122,8 @@ def test_a_damaged_jpeg_is_dropped_and_counted():
         with pytest.raises(CaptureTimeoutError):
             camera.grab(0.55)
         assert camera.dropped["damaged"] >= 4
+        with pytest.raises(CaptureTimeoutError):
+            next(camera.stream())
 
 
 def test_a_counter_that_wraps_around_goes_on():
