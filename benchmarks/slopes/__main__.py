@@ -1,19 +1,18 @@
 """Print accuracy, honesty and time of `estimate_slopes` beside OpenCV's matchers.
 
 Run `python -m benchmarks.slopes` (all), or name parts: `dino`, `chosen`, `reported`, `layouts`,
-`live`.
+`live`, `planes`, `first`.
 """
 
 import sys
-import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import partial
-from statistics import median
-from typing import TypeVar
 
 import numpy as np
 
 from benchmarks.slopes.dino import dino_folder, load_dino
+from benchmarks.slopes.first_use import first_use
+from benchmarks.slopes.plane import measure_plane
 from benchmarks.slopes.scenes import (
     CHOSEN_ON,
     LAYOUTS,
@@ -24,36 +23,25 @@ from benchmarks.slopes.scenes import (
     make_scene,
 )
 from benchmarks.slopes.scores import Scores, score
+from benchmarks.slopes.timing import Times, race
 from rig.compare.baselines import FILLED
 from rig.epipolar import SlopePrior, estimate_slopes
 
-Result = TypeVar("Result")
-_REPEATS = 3
+_ROUNDS = 3
 _HEAD = (
     f"{'scene':28} {'method':16} {'BP.01':>6} {'BP.03':>6} {'BP.07':>6} {'bad 1':>6} "
-    f"{'MSEx100':>8} {'edge':>6} {'dens':>6} {'BP.07 of':>8} {'err/':>6} {'wall':>6} {'cpu':>6}\n"
-    f"{'':102}{'best 80%':>9} {'sigma':>6} {'ms':>6} {'ms':>6}"
+    f"{'MSEx100':>8} {'edge':>6} {'dens':>6} {'BP.07 of':>8} {'err/':>6} {'wall':>6} {'cpu':>6} "
+    f"{'wall':>6} {'cpu':>6}\n"
+    f"{'':102}{'best 80%':>9} {'sigma':>6} {'ms':>6} {'ms':>6} {'/ SGBM-HH':>13}"
 )
 
 
-def timed(work: Callable[[], Result]) -> tuple[Result, tuple[float, float]]:
-    """Result, and median wall and processor time in ms after one call to warm up."""
-    result = work()
-    wall: list[float] = []
-    processor: list[float] = []
-    for _ in range(_REPEATS):
-        start, start_processor = time.perf_counter(), time.process_time()
-        work()
-        wall.append(1e3 * (time.perf_counter() - start))
-        processor.append(1e3 * (time.process_time() - start_processor))
-    return result, (median(wall), median(processor))
-
-
-def line(scene: str, method: str, s: Scores, ms: tuple[float, float]) -> None:
+def line(scene: str, method: str, s: Scores, took: Times, hh: Times) -> None:
     print(
         f"{scene:28} {method:16} {s.bad_001:6.2f} {s.bad_003:6.2f} {s.bad_007:6.2f} {s.bad_1:6.2f} "
         f"{s.mse_100:8.3f} {s.edge_bad:6.2f} {s.density:6.1f} {s.confident_bad_007:8.2f} "
-        f"{s.sigma_ratio:6.2f} {ms[0]:6.0f} {ms[1]:6.0f}",
+        f"{s.sigma_ratio:6.2f} {took.wall_ms:6.0f} {took.cpu_ms:6.0f} "
+        f"{took.wall_ms / hh.wall_ms:6.2f} {took.cpu_ms / hh.cpu_ms:6.2f}",
         flush=True,
     )
 
@@ -61,28 +49,48 @@ def line(scene: str, method: str, s: Scores, ms: tuple[float, float]) -> None:
 def compare(scenes: Iterable[Scene]) -> None:
     print(_HEAD)
     for scene in scenes:
-        slopes, ms = timed(partial(estimate_slopes, scene.views, scene.range_px))
+        given = scene.views, scene.range_px
+        ways = {m.name: partial(m.run, *given) for m in FILLED}
+        times = race({"rig": partial(estimate_slopes, *given), **ways}, _ROUNDS)
         truth = (scene.slope_px, scene.range_px, scene.border_px)
-        line(scene.name, "rig", score(slopes.slope_px, slopes.sigma_px, *truth), ms)
-        for method in FILLED:
-            slope, ms = timed(partial(method.run, scene.views, scene.range_px))
-            line("", method.name, score(slope, None, *truth), ms)
+        hh = times[FILLED[-1].name]
+        slopes = estimate_slopes(*given)
+        line(scene.name, "rig", score(slopes.slope_px, slopes.sigma_px, *truth), times["rig"], hh)
+        for name, run in ways.items():
+            line("", name, score(run(), None, *truth), times[name], hh)
 
 
 def live() -> None:
-    """Four frames of a still scene, each with the previous one as hypothesis; then a jump."""
+    """Frames of a still scene, each with the previous one as hypothesis; then a jump."""
     print(_HEAD)
     still, jumped = make_scene(Recipe("still", 40, SPARSE)), make_scene(Recipe("jump", 41, SPARSE))
     prior = None
-    for frame, scene in enumerate([still] * 4 + [jumped] * 3):
-        slopes, ms = timed(partial(estimate_slopes, scene.views, scene.range_px, prior))
+    for frame, scene in enumerate([still] * 5 + [jumped] * 3):
+        given = scene.views, scene.range_px
+        ways = {m.name: partial(m.run, *given) for m in FILLED}
+        times = race({"rig": partial(estimate_slopes, *given, prior), **ways}, _ROUNDS)
+        slopes = estimate_slopes(*given, prior)
         found = score(slopes.slope_px, slopes.sigma_px, scene.slope_px, scene.range_px, 0)
-        line(f"frame {frame}, {scene.name}", "rig", found, ms)
-        prior = SlopePrior(slopes.slope_px, slopes.sigma_px)
+        hh = times[FILLED[-1].name]
+        line(f"frame {frame}, {scene.name}", "rig", found, times["rig"], hh)
+        if frame in (0, 4):
+            for name in ways:
+                took = times[name]
+                print(f"{'':28} {name:16} wall {took.wall_ms:.0f} cpu {took.cpu_ms:.0f} ms")
+        prior = SlopePrior(slopes.slope_px, np.maximum(slopes.sigma_px, np.float32(0.2)))
+
+
+def planes() -> None:
+    for name, is_tilted in (("square-on", False), ("tilted 5.7 degrees", True)):
+        e = measure_plane(is_tilted=is_tilted)
+        print(
+            f"{name:28} sub-pixel rms {e.subpixel_rms_px:.4f}  bias {e.bias_px:+.4f}  "
+            f"ripple {e.ripple_px:.4f} px"
+        )
 
 
 def main(parts: list[str]) -> None:
-    wanted = parts or ["dino", "chosen", "reported", "layouts", "live"]
+    wanted = parts or ["dino", "chosen", "reported", "layouts", "live", "planes", "first"]
     if "dino" in wanted:
         folder = dino_folder()
         print("\n# hci-dino, 9 + 9 views of 512 x 512, against another method's map")
@@ -101,6 +109,12 @@ def main(parts: list[str]) -> None:
     if "live" in wanted:
         print("\n# Live: the previous frame as hypothesis, 5 views of 640 x 400")
         live()
+    if "planes" in wanted:
+        print("\n# A plane that moves through one px of slope, sparse cross of five, noise 2")
+        planes()
+    if "first" in wanted:
+        print("\n# First use")
+        first_use()
 
 
 if __name__ == "__main__":

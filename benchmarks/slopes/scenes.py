@@ -1,6 +1,6 @@
 """Scenes with exact slopes, drawn from a seed: dense light fields and sparse arrays."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,7 @@ from tests.support.lightfield import (
 )
 
 Array = NDArray[np.float64]
+Covers = Callable[[Array, Array], NDArray[np.bool_]]
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,10 @@ SPARSE = Layout(
 ROW = Layout(np.array([0, -1.0, 1.0]), np.zeros(3), (400, 640), (-20.0, 60.0))
 COLUMN = Layout(np.zeros(3), np.array([0, -1.0, 1.0]), (400, 640), (-20.0, 60.0))
 SQUARE = Layout(np.array([0, 1.0, 0, 1.0]), np.array([0, 0, 1.0, 1.0]), (400, 640), (-20.0, 60.0))
+_ARM_ONLY = slice(0, 9), np.r_[0, 9:17]
+DENSE_ROW, DENSE_COLUMN = (
+    Layout(DENSE.x_steps[arm], DENSE.y_steps[arm], DENSE.shape, DENSE.range_px) for arm in _ARM_ONLY
+)
 PAIR = Layout(np.array([0, 1.0]), np.zeros(2), (400, 640), (-20.0, 60.0))
 
 
@@ -73,6 +78,10 @@ class Recipe:
     finest_px: float = 1.8
     noise: float = 2.0
     gain_spread: float = 0.02
+    repeats: bool = False
+    """A pattern with a period of 7 px over the texture."""
+    frayed: bool = False
+    """Edges that let a part of what is behind them through."""
     position_error: float = 0.0
     """Random error of the positions told to the estimator, view steps, 1 sigma."""
 
@@ -83,6 +92,8 @@ CHOSEN_ON = (
     Recipe("dense rich, clean", 1, DENSE, noise=0.0),
     Recipe("dense weak texture", 2, DENSE, contrast=6.0, finest_px=2.5),
     Recipe("dense noise 8", 3, DENSE, noise=8.0),
+    Recipe("dense repetitive", 8, DENSE, contrast=6.0, repeats=True),
+    Recipe("dense frayed edges", 9, DENSE, frayed=True),
     Recipe("sparse rich", 4, SPARSE),
     Recipe("sparse noise 5", 5, SPARSE, noise=5.0),
     Recipe("sparse weak texture", 6, SPARSE, contrast=6.0, finest_px=2.5),
@@ -94,14 +105,21 @@ REPORTED_ON = (
     Recipe("dense rich, noise 3", 12, DENSE, noise=3.0),
     Recipe("dense weak texture", 13, DENSE, contrast=6.0, finest_px=2.5),
     Recipe("dense noise 8", 14, DENSE, noise=8.0),
+    Recipe("dense weak, clean", 21, DENSE, contrast=6.0, finest_px=2.5, noise=0.0),
+    Recipe("dense repetitive", 22, DENSE, contrast=6.0, repeats=True),
+    Recipe("dense frayed edges", 23, DENSE, frayed=True),
     Recipe("sparse rich", 15, SPARSE),
     Recipe("sparse rich, other", 16, SPARSE),
     Recipe("sparse coarse texture", 17, SPARSE, finest_px=4.0),
     Recipe("sparse weak texture", 18, SPARSE, contrast=6.0, finest_px=2.5),
     Recipe("sparse noise 5", 19, SPARSE, noise=5.0),
     Recipe("sparse gains 5 %", 20, SPARSE, gain_spread=0.05),
+    Recipe("sparse positions 0.003 off", 24, SPARSE, position_error=0.003),
 )
 LAYOUTS = (
+    Recipe("dense row and column", 31, DENSE),
+    Recipe("dense row", 31, DENSE_ROW),
+    Recipe("dense column", 31, DENSE_COLUMN),
     Recipe("cross of five", 30, SPARSE),
     Recipe("row of three", 30, ROW),
     Recipe("column of three", 30, COLUMN),
@@ -137,12 +155,16 @@ def _surfaces(recipe: Recipe) -> Iterator[Surface]:
     tilt = 0.1 * (high - low) / width
 
     def texture(index: int) -> Field:
-        return noise_texture(
+        random = noise_texture(
             100 * recipe.seed + index,
             mean=rng.uniform(90, 165),
             contrast=recipe.contrast,
             finest_px=recipe.finest_px,
         )
+        return _repeated(random) if recipe.repeats else random
+
+    def edge(covers: Covers) -> Covers:
+        return _frayed(covers) if recipe.frayed else covers
 
     yield Surface(plane(far, abs(tilt), 0.3 * tilt), texture(0), everywhere)
     count = 8
@@ -155,15 +177,37 @@ def _surfaces(recipe: Recipe) -> Iterator[Surface]:
                 a, b = rng.uniform(-tilt, tilt, 2)
                 field = plane(slope - a * u - b * v, a, b)
                 yield Surface(
-                    field, texture(k + 1), box(u - 1.5 * size, v - size, u + size, v + size)
+                    field, texture(k + 1), edge(box(u - 1.5 * size, v - size, u + size, v + size))
                 )
             case 1:
                 top = slope + 0.1 * (high - low)
-                yield Surface(bump((u, v), size, slope, top), texture(k + 1), disc((u, v), size))
+                yield Surface(
+                    bump((u, v), size, slope, top), texture(k + 1), edge(disc((u, v), size))
+                )
             case 2:
                 bar = rng.uniform(2.5, 6.0)
                 yield Surface(
-                    plane(slope), texture(k + 1), box(u - bar, v - 2 * size, u + bar, v + size)
+                    plane(slope),
+                    texture(k + 1),
+                    edge(box(u - bar, v - 2 * size, u + bar, v + size)),
                 )
             case _:
-                yield Surface(plane(slope), texture(k + 1), disc((u, v), 0.7 * size))
+                yield Surface(plane(slope), texture(k + 1), edge(disc((u, v), 0.7 * size)))
+
+
+def _repeated(random: Field) -> Field:
+    """Waves of 7 px in both directions over a texture."""
+    return lambda u, v: (
+        random(u, v) + 14 * np.sin(2 * np.pi * u / 7) + 14 * np.sin(2 * np.pi * v / 7)
+    )
+
+
+def _frayed(covers: Covers) -> Covers:
+    """Let holes of a fine random pattern into the outermost 1.5 px of a surface."""
+    pattern = noise_texture(7, mean=0, contrast=1, finest_px=0.4, octaves=1)
+
+    def holes(u: Array, v: Array) -> NDArray[np.bool_]:
+        around = [covers(u + du, v + dv) for du, dv in ((1.5, 0), (-1.5, 0), (0, 1.5), (0, -1.5))]
+        return covers(u, v) & (np.logical_and.reduce(around) | (pattern(u, v) > 0))
+
+    return holes

@@ -7,10 +7,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from rig.capture.frozen import frozen_views
 from rig.curve import Curve
 from rig.depth import DepthMap, depth_from_slopes
 from rig.devices import Camera
 from rig.epipolar import SlopeMap, SlopePrior, estimate_slopes
+from rig.epipolar.usable import moving_views
 from rig.frames import MultiView
 from rig.rectified import Rectifier
 
@@ -62,23 +64,29 @@ def run_capture(
     searched, all of the range where they are contradicted or unknown. A scene that jumps is right
     again in the second multi-view after it.
 
+    A view that repeats its last picture while others change is left out, with a warning.
+
     Skewed multi-views are dropped and counted: a moving scene seen at different times gives
     slopes that no distance explains.
 
     Raises:
         DeviceError: the camera failed.
-        SlopeError: the images give no slopes at all.
+        SlopeError: the images give no slopes at all, or the reference view is frozen.
     """
     profile = rectifier.profile
     index = 0
     hypothesis: SlopePrior | None = None
+    last: MultiView | None = None
     for multiview in camera.stream():
         begun_s = time.perf_counter()
         if multiview.skew_s > profile.camera.max_skew_s:
             tally.skewed += 1
             continue
         views = rectifier.views([frame.image for frame in multiview.frames])
+        views, warnings = moving_views(views, frozen_views(last, multiview))
+        last = multiview
         slopes = rectifier.answered(estimate_slopes(views, profile.slopes.range_px, hypothesis))
+        slopes = replace(slopes, warnings=warnings + slopes.warnings)
         hypothesis = SlopePrior(slopes.slope_px, np.maximum(slopes.sigma_px, _MOTION_PX))
         depth = None
         if curve is not None:

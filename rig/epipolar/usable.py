@@ -68,6 +68,25 @@ def strange_views(
     return strange, _left_out(views, reasons)
 
 
+def moving_views(
+    views: RectifiedViews, frozen: tuple[int, ...]
+) -> tuple[RectifiedViews, tuple[str, ...]]:
+    """Leave out views that are known to show an old picture; say which.
+
+    Raises:
+        SlopeError: the reference is one of them, or fewer than two views are left.
+    """
+    if not frozen:
+        return views, ()
+    kept = ~np.isin(np.arange(len(views.images)), frozen)
+    if not kept[views.reference] or int(kept.sum()) < 2:
+        raise SlopeError(
+            f"views {', '.join(map(str, frozen))} repeat their last picture bit for bit while "
+            f"others change, the reference is view {views.reference}; restart the camera"
+        )
+    return keep(views, kept), _left_out(views, dict.fromkeys(frozen, "repeats its last picture"))
+
+
 def keep(views: RectifiedViews, kept: NDArray[np.bool_]) -> RectifiedViews:
     """Return some of the views; the reference must be among them."""
     return RectifiedViews(

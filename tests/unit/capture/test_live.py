@@ -1,12 +1,15 @@
 """The live loop: each multi-view is the hypothesis for the next."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from types import TracebackType
 from typing import Self
 
 import numpy as np
+import pytest
 
 from rig.capture.live import CaptureTally, run_capture
+from rig.errors import SlopeError
 from rig.frames import Frame, MultiView
 from rig.profile import Profile
 from rig.profile.load import load_profile
@@ -98,6 +101,33 @@ def test_a_still_scene_stays_right_and_a_jump_is_right_again_in_the_second_frame
     assert bad[5] < 0.10
     assert [m.index for m in measured] == list(range(6))
     assert tally.valid_pct > 95.0
+
+
+def test_a_frozen_view_is_left_out_and_named():
+    profile = load_profile("sim", ["slopes.range_px=[-8.0, 12.0]"])
+    before, after = scene(-4.0, 6.0, left=True), scene(-4.4, 5.5, left=True)
+    stream = [multiview(profile, before, 0), multiview(profile, after, 1)]
+    frozen = next(i for i in range(len(profile.views)) if i != profile.reference)
+    frames = list(stream[1].frames)
+    frames[frozen] = replace(frames[frozen], image=stream[0].frames[frozen].image)
+    stream[1] = MultiView(tuple(frames))
+    camera = Sequence(tuple(view.name for view in profile.views), stream)
+    _, second = run_capture(Rectifier(profile), camera, None, CaptureTally())
+    assert [w for w in second.slopes.warnings if f"view {frozen} " in w and "repeats" in w]
+    error = np.abs(second.slopes.slope_px - true_slope_px(after, SHAPE))
+    assert float(np.mean(~(error <= 0.5))) < 0.12
+
+
+def test_a_frozen_reference_is_refused():
+    profile = load_profile("sim", ["slopes.range_px=[-8.0, 12.0]"])
+    stream = [multiview(profile, scene(-4.0, 6.0, left=True), n) for n in range(2)]
+    frames = list(stream[1].frames)
+    old = stream[0].frames[profile.reference].image
+    frames[profile.reference] = replace(frames[profile.reference], image=old)
+    stream[1] = MultiView(tuple(frames))
+    camera = Sequence(tuple(view.name for view in profile.views), stream)
+    with pytest.raises(SlopeError, match="bit for bit"):
+        list(run_capture(Rectifier(profile), camera, None, CaptureTally()))
 
 
 def test_skewed_multi_views_are_left_out_and_counted():
