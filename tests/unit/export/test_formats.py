@@ -298,7 +298,7 @@ def spoil(name: str, folder: Path, change: Callable[[bytes], bytes]) -> None:
 
 @pytest.mark.parametrize("name", FORMATS)
 @settings(
-    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60, deadline=None
+    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=25, deadline=None
 )
 @given(junk=st.binary(max_size=200) | st.text(max_size=200).map(str.encode))
 def test_nonsense_is_a_format_error(tmp_path: Path, name: str, junk: bytes) -> None:
@@ -307,7 +307,7 @@ def test_nonsense_is_a_format_error(tmp_path: Path, name: str, junk: bytes) -> N
 
 @pytest.mark.parametrize("name", FORMATS)
 @settings(
-    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60, deadline=None
+    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=25, deadline=None
 )
 @given(at=st.floats(0, 1), length=st.integers(0, 40), junk=st.sampled_from(JUNK))
 def test_damage_is_a_format_error_or_reads(
