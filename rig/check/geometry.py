@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from rig.check.items import Item, Status, failed
+from rig.check.items import Item, Status, failed, graded
 from rig.database import StoredCalibration
 from rig.errors import ConfigError, TargetError
 from rig.frames import MultiView
@@ -19,6 +19,8 @@ GeometryDrift = Callable[[MultiView], Item]
 
 CHANCE = 1e-3
 """Probability below which a misfit is no chance."""
+SMALL_SHARE = 1.0 / 3.0
+"""Share of the depth error allowed by the profile below which a misfit does not matter."""
 
 
 def geometry_drift(profile: Profile, stored: StoredCalibration) -> GeometryDrift:
@@ -60,7 +62,11 @@ def geometry_drift(profile: Profile, stored: StoredCalibration) -> GeometryDrift
 def judge_geometry(
     drift: Drift, profile: Profile, *, calibration: str, warmer_degc: float | None
 ) -> Item:
-    """Judge a drift by chance, and by how far corners may lie from their epipolar lines.
+    """Judge a drift by chance, and by the depth error that it stands for.
+
+    A corner that lies off by e px in a view one step away is taken for one whose distance is wrong
+    by the share e / (pitch f / Z). Long series of pictures find drifts that are certain and matter
+    to nobody.
 
     Args:
         drift: what one picture tells.
@@ -68,9 +74,11 @@ def judge_geometry(
         calibration: which one, in words.
         warmer_degc: temperature now minus then, where both are known.
     """
+    worth_pct = 100.0 * drift.rms_px / (profile.pitch_mm * drift.px_per_mm)
+    allowed_pct = profile.quality.holdout_rms_pct
     status: Status = "pass"
     if drift.probability < CHANCE:
-        status = "fail" if drift.rms_px > profile.quality.line_rms_px else "warn"
+        status = graded(worth_pct, warn_above=SMALL_SHARE * allowed_pct, fail_above=allowed_pct)
     names = {view: profile.views[view].name for view in drift.displaced_px}
     moved = ", ".join(
         f"{names[view]} ({x:+.2f}, {y:+.2f})" for view, (x, y) in drift.displaced_px.items()
@@ -80,7 +88,8 @@ def judge_geometry(
         "geometry",
         status,
         f"{calibration}: chi2 {drift.chi2_per_dof:.2f} per degree of freedom ({drift.dof}), "
-        f"probability {drift.probability:.2g}; board displaced by {moved} px{warmth}",
+        f"probability {drift.probability:.2g}; corners off by {drift.rms_px:.3f} px, worth "
+        f"{worth_pct:.3f} % of depth, allowed {allowed_pct:.3f} %; means {moved} px{warmth}",
         ""
         if status == "pass"
         else f"a camera, a lens or the temperature has changed: rig calibrate {profile.name}",
@@ -88,6 +97,7 @@ def judge_geometry(
             "chi2_per_dof": drift.chi2_per_dof,
             "probability": drift.probability,
             "rms_px": drift.rms_px,
+            "worth_pct": worth_pct,
             "displaced_px": {names[view]: list(xy) for view, xy in drift.displaced_px.items()},
             "warmer_degc": warmer_degc,
         },

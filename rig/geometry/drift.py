@@ -41,11 +41,10 @@ class Drift:
     """Of a fit as bad as this or worse by chance."""
     displaced_px: dict[int, tuple[float, float]]
     """By view: mean of found minus expected position, for the board's likeliest pose."""
-
-    @property
-    def rms_px(self) -> float:
-        """Root mean square length of the displacements."""
-        return float(np.sqrt(np.mean([x * x + y * y for x, y in self.displaced_px.values()])))
+    rms_px: float
+    """Root mean square distance of a corner from where it is expected, the noise taken off."""
+    px_per_mm: float
+    """Pixels of the reference camera per mm on the board: turns distances into depth."""
 
 
 def measure_drift(geometry: RigGeometry, points_mm: Float, seen: Sequence[Sighting]) -> Drift:
@@ -89,11 +88,16 @@ def measure_drift(geometry: RigGeometry, points_mm: Float, seen: Sequence[Sighti
     dof = len(residual) - _POSE - spare
     ratio = max(0.0, chi2 - spare) / dof
     means = [residual[r].reshape(-1, 2).mean(axis=0).tolist() for r in picture.rows()]
+    expected = noise_px2 * (len(residual) - _POSE)
+    excess = max(0.0, float(residual @ residual) - expected)
+    depth_mm = float(pose.apply(points_mm)[:, 2].mean())
     return Drift(
         ratio,
         dof,
         float(fisher.sf(ratio, dof, spare)),
         {s.view: (x, y) for s, (x, y) in zip(used, means, strict=True)},
+        rms_px=float(np.sqrt(2.0 * excess / len(residual))),
+        px_per_mm=geometry.cameras[geometry.reference].fx_px / depth_mm,
     )
 
 

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from datetime import UTC, datetime
-from functools import partial
 
 import numpy as np
 import pytest
@@ -23,7 +22,7 @@ from sim.world import World
 from tests.support.small_sim import SMALL_SIM
 
 PROFILE = load_profile("sim", SMALL_SIM)
-FINE = Drift(1.1, 30, 0.3, {0: (0.01, 0.0), 1: (-0.01, 0.0)})
+FINE = Drift(1.1, 30, 0.3, {0: (0.01, 0.0), 1: (-0.01, 0.0)}, rms_px=0.001, px_per_mm=0.75)
 
 
 class Still:
@@ -97,10 +96,15 @@ def test_without_a_covariance_or_a_target_there_is_no_comparison():
         geometry_drift(PROFILE.model_copy(update={"target": None}), stored())
 
 
-def test_what_is_certain_but_small_is_a_warning():
-    small = replace(FINE, probability=1e-9)
-    judge = partial(judge_geometry, profile=PROFILE, calibration="calibration 1", warmer_degc=None)
-    assert judge(FINE).status == "pass"
-    assert judge(small).status == "warn"
-    large = replace(small, displaced_px={0: (0.9, 0.0), 1: (-0.9, 0.0)})
-    assert judge(large).status == "fail"
+@pytest.mark.parametrize(
+    ("probability", "rms_px", "status"),
+    [(0.3, 0.1, "pass"), (1e-9, 0.001, "pass"), (1e-9, 0.01, "warn"), (1e-9, 0.02, "fail")],
+)
+def test_what_is_certain_counts_by_the_depth_that_it_is_worth(
+    probability: float, rms_px: float, status: str
+):
+    """0.05 % of a disparity of 40 mm x 0.75 px/mm = 30 px are 0.015 px."""
+    drift = replace(FINE, probability=probability, rms_px=rms_px)
+    item = judge_geometry(drift, PROFILE, calibration="calibration 1", warmer_degc=None)
+    assert item.status == status
+    assert item.numbers["worth_pct"] == pytest.approx(rms_px / 0.3)
