@@ -1,12 +1,13 @@
-"""Print every number that README and docs quote: the main job, the board fit, dense slopes."""
+"""Print every number of README and docs: main job, board fit, rectification, dense slopes."""
 
 import numpy as np
 
-from benchmarks import board_fit, main_job
+from benchmarks import board_fit, main_job, rectification
 from benchmarks.slopes import __main__ as slopes
 
 if __name__ == "__main__":
     main_job.main()
     board_fit.main()
+    rectification.main()
     np.seterr(invalid="ignore")
     slopes.main([])
