@@ -18,13 +18,15 @@ from rig.devices import Camera, Clock, Stage
 from rig.errors import DeviceError, RigError, ViewSkewError
 from rig.frames import MultiView
 from rig.hardware import Answers
-from rig.profile import FolderCameraConfig, Profile
+from rig.profile import FolderCameraConfig, Profile, RecordingCameraConfig
 from rig.rectified import Rectifier
 from rig.standstill import stopped
 from rig.target import target_of
 
 STILLS = 16
 """Multi-views of the board at rest: the noise of each view is then known within 1 %."""
+_STORED = FolderCameraConfig | RecordingCameraConfig
+"""Cameras whose pictures are not repeated ones of one scene."""
 MOVING = ("settling", "curve", "reach", "repeatability")
 """Items that need the board at a known distance."""
 
@@ -91,7 +93,7 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
         except DeviceError as error:
             yield failed("move", error)
             bench = None
-    count = 1 if isinstance(profile.camera, FolderCameraConfig) else STILLS
+    count = 1 if isinstance(profile.camera, _STORED) else STILLS
     stills = take_stills(camera, count, profile.camera.timeout_s)
     yield _camera_item(camera, stills)
     if stills.failure is None or isinstance(stills.failure, ViewSkewError):

@@ -25,7 +25,7 @@ def devices(
     Nothing is opened for longer than it takes to ask what it is; no stage is reset or moved. What
     stands in the way (permission, a missing extra) is told with what to do.
     """
-    from rig.hardware import find_devices
+    from rig.hardware.find import find_devices
 
     found = find_devices(timeout_s)
     if as_json:

@@ -70,7 +70,7 @@ def new_profile(
             raise typer.BadParameter("--from stands alone, without --camera, --views, --stage")
         text = copied_text(start, name)
     else:
-        from rig.hardware import find_devices
+        from rig.hardware.find import find_devices
 
         recipe = recipe_for(
             name,
