@@ -32,15 +32,19 @@ def plugged_world(
         ConfigError: the profile has no `[world]`.
     """
     config = _world_of(profile)
-    clock: Clock = SystemClock() if config.clock == "real" else VirtualClock()
+    stage = profile.stage if uses_stage else None
+    is_simulated = stage is not None and stage.port.startswith("sim://")
+    # A stage at a true port needs true time: in a fast world its deadlines would never come.
+    is_fast = config.clock == "fast" and (stage is None or is_simulated)
+    clock: Clock = VirtualClock() if is_fast else SystemClock()
     carriage = Carriage(config.carriage, clock)
     scene = config.sweep_scene if uses_stage else config.capture_scene
     if target_in_hand:
         scene = "board"
     with ExitStack() as stack:
-        if uses_stage and profile.stage is not None and profile.stage.port.startswith("sim://"):
-            firmware = make_firmware(profile.stage.kind, config.firmware, carriage, clock)
-            stack.enter_context(plug(profile.stage.port, firmware))
+        if stage is not None and is_simulated:
+            firmware = make_firmware(stage.kind, config.firmware, carriage, clock)
+            stack.enter_context(plug(stage.port, firmware))
         yield World(profile, clock=clock, carriage=carriage, scene=scene, in_hand=target_in_hand)
 
 

@@ -96,4 +96,4 @@ def test_what_ends_the_dialogue_is_always_told(protocol: str, kind: str) -> None
 @pytest.mark.parametrize("kind", MAKERS)
 @pytest.mark.parametrize("protocol", STAGES)
 def test_a_fault_never_gives_a_wrong_place_at_many_moments(protocol: str, kind: str) -> None:
-    strike(protocol, kind, 25, seed=3)
+    strike(protocol, kind, 15, seed=3)

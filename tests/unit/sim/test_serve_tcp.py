@@ -16,7 +16,7 @@ from rig.devices import SystemClock
 from rig.errors import ConfigError
 from rig.profile import CarriageConfig, FirmwareConfig
 from rig.profile.load import load_profile
-from sim.bench import serve_stage
+from sim.bench import plugged_world, serve_stage
 from sim.carriage import Carriage
 from sim.firmware.zaber import ZaberFirmware
 from sim.wire.serve_tcp import serve_on_tcp
@@ -81,6 +81,15 @@ def test_a_port_in_use_is_told() -> None:
 
     with pytest.raises(KeyboardInterrupt):
         serve_stage(load_profile("sim"), "marlin", start_another, tcp_port=0)
+
+
+@pytest.mark.parametrize(("port", "is_real"), [("sim://grbl", False), ("/dev/ttyUSB0", True)])
+def test_a_stage_at_a_true_port_lives_in_true_time(port: str, is_real: bool) -> None:
+    profile = load_profile("sim", [f"stage.port={port}", "world.renderer=analytic"])
+    with plugged_world(profile, uses_stage=True) as world:
+        assert isinstance(world.clock, SystemClock) is is_real
+    with plugged_world(profile, uses_stage=False) as world:
+        assert not isinstance(world.clock, SystemClock)
 
 
 @contextmanager
