@@ -16,7 +16,8 @@ Float = NDArray[np.float64]
 
 _MOST_ROUNDS = 12
 _MOST_COARSE_ROUNDS = 3
-_STEPS_A_ROUND = 4
+_STEPS_A_ROUND = 6
+_COARSE_DAMPING, _FINE_DAMPING = 1e-4, 1e-8
 _COARSE, _FINE = 0.1, 2e-3
 """Relative change of the scales between rounds below which they are taken as settled."""
 
@@ -85,7 +86,9 @@ def _rounds(
         before = scatter
         # Rejection waits until the scales have seen the fit once.
         weight = point_weights(scatter, reject=reject and turn > 0)
-        at = settle(problem, at, weight, _STEPS_A_ROUND)
+        at = settle(
+            problem, at, weight, _STEPS_A_ROUND, _COARSE_DAMPING if turn == 0 else _FINE_DAMPING
+        )
         residual_px = linearise(observed, target, at).residual_px
         scatter = measure_scatter(observed, residual_px, len(at.lenses))
         change = np.abs(np.log(scatter.sigma_px / before.sigma_px)).max()

@@ -13,9 +13,12 @@ from rig.geometry.calibration.unknowns import Layout, Unknowns
 
 Float = NDArray[np.float64]
 
-_FIRST_DAMPING = 1e-4
-_LEAST_DAMPING = 1e-12
-_MOST_DAMPING = 1e10
+_LEAST_DAMPING, _MOST_DAMPING = 1e-12, 1e6
+_LIGHT_DAMPING = 1e-8
+"""Damping counts against the diagonal of the whole matrix. What the boards leave of it in the
+weakest directions is smaller by many orders of magnitude, so a small gain under a damping above
+this does not mean that nothing is left to gain."""
+_FALL, _GROWTH = 30.0, 10.0
 _SETTLED = 1e-8
 """Relative fall of the cost below which nothing is left to gain: of 40 000 residuals a fiftieth
 of a sigma."""
@@ -31,42 +34,48 @@ class Problem:
     stops: StageStops | None
 
 
-def settle(problem: Problem, start: Unknowns, weight: Float, most_steps: int) -> Unknowns:
+def settle(
+    problem: Problem,
+    start: Unknowns,
+    weight: Float,
+    most_steps: int,
+    damping: float = _LIGHT_DAMPING,
+) -> Unknowns:
     """Minimise the weighted squares from a start near the answer.
 
-    K. Madsen, H. B. Nielsen, O. Tingleff, "Methods for non-linear least squares problems", DTU
-    2004: damping falls with the gain ratio of a step and doubles its growth at each refusal.
+    D. W. Marquardt, "An algorithm for least-squares estimation of nonlinear parameters", J. SIAM
+    11(2), 1963: damping falls after every step that lowers the cost and grows until one does.
 
     Args:
         problem: observations, board and layout.
         start: where to start; every weighted point before its camera.
         weight: (M,) inverse variances.
-        most_steps: steps tried at most.
+        most_steps: steps taken at most; steps that are refused do not count.
+        damping: to begin with; light near the answer, where the first step nearly reaches it.
     """
-    at, damping, growth = start, _FIRST_DAMPING, 2.0
+    at, taken = start, 0
     linear = linearise(problem.observed, problem.target, at)
     best, normal = _cost(problem, at, linear, weight), None
-    for _ in range(most_steps):
+    while taken < most_steps and damping < _MOST_DAMPING:
         if normal is None:
             normal = form(
                 problem.observed, problem.target, at, problem.layout, linear, weight, problem.stops
             )
         reduced = normal.reduced(damping)
         step = reduced.step() if reduced else None
-        cost = np.inf
-        if step:
-            tried = at.moved(problem.layout, *step)
-            there = linearise(problem.observed, problem.target, tried)
-            cost = _cost(problem, tried, there, weight)
-            if cost < best:
-                gained = best - cost
-                at, linear, best, normal = tried, there, cost, None
-                damping, growth = max(damping / 10.0, _LEAST_DAMPING), 2.0
-                if gained < _SETTLED * best:
-                    break
-                continue
-        damping, growth = damping * growth, growth * 2.0
-        if damping > _MOST_DAMPING or cost - best < _SETTLED * best:
+        if step is None:
+            damping *= _GROWTH
+            continue
+        tried = at.moved(problem.layout, *step)
+        there = linearise(problem.observed, problem.target, tried)
+        cost = _cost(problem, tried, there, weight)
+        done = damping <= _LIGHT_DAMPING and abs(best - cost) < _SETTLED * best
+        if cost < best:
+            at, linear, best, normal = tried, there, cost, None
+            damping, taken = max(damping / _FALL, _LEAST_DAMPING), taken + 1
+        else:
+            damping *= _GROWTH
+        if done:
             break
     return at
 
