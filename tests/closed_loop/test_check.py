@@ -117,11 +117,29 @@ def test_views_a_little_late_are_a_warning(database: str):
     ("world", "item", "found", "advice"),
     [
         ("world.view_errors.left.gain=0.08", "exposure", "left 2%-8%", "left: lengthen"),
-        ("world.view_errors.left.gain=1.6", "exposure", "saturated", "left: shorten"),
-        ("world.view_errors.left.gain=6.0", "board", "left: 9 x 6 board", "dim the light"),
+        pytest.param(
+            "world.view_errors.left.gain=1.6",
+            "exposure",
+            "saturated",
+            "left: shorten",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "world.view_errors.left.gain=6.0",
+            "board",
+            "left: 9 x 6 board",
+            "dim the light",
+            marks=pytest.mark.slow,
+        ),
         ("world.optics.blur_px=2.2", "focus", "too blurred", "focus centre, left"),
         ("target.columns=8", "board", "found one of 8 x 6", "columns and rows to 8 x 6"),
-        ("world.board_offset_mm=[400.0, 0.0]", "board", "5 of 5 views", "move the board"),
+        pytest.param(
+            "world.board_offset_mm=[400.0, 0.0]",
+            "board",
+            "5 of 5 views",
+            "move the board",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_a_picture_that_is_not_good_enough_is_told(
