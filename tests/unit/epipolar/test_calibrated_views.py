@@ -21,6 +21,7 @@ def rectification() -> Rectification:
     return rectify(true_geometry(REAL.profile, REAL.world.moment(0.0)), REAL.profile.pitch_mm)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("position_mm", [430.0, 1150.0])
 def test_the_cameras_alone_tell_the_depth_of_the_board(
     rectification: Rectification, position_mm: float
