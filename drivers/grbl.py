@@ -32,7 +32,7 @@ def grbl_stage(config: GrblStageConfig, clock: Clock, *, name: str = "stage") ->
 
 
 class GrblController:
-    """Keeps `drivers.serial_stage.Controller`.
+    """Keeps `drivers.controller.Controller`.
 
     Moves are jogs (`$J=`): beyond its soft limits the controller refuses them without an alarm,
     they end at once on a feed hold, and they leave no modes behind. A dwell sent after a move is

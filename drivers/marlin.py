@@ -39,7 +39,7 @@ def marlin_stage(config: MarlinStageConfig, clock: Clock, *, name: str = "stage"
 
 
 class MarlinController:
-    """Keeps `drivers.serial_stage.Controller`.
+    """Keeps `drivers.controller.Controller`.
 
     A controller tells the planned position, and that a motion has ended only by answering M400.
     Until its calculated end a motion is only watched, so that the line is free for a quick stop;

@@ -33,7 +33,7 @@ def zaber_stage(config: ZaberStageConfig, clock: Clock, *, name: str = "stage") 
 
 
 class ZaberController:
-    """Keeps `drivers.serial_stage.Controller`.
+    """Keeps `drivers.controller.Controller`.
 
     The device keeps counting while the port is closed, so a reference survives opening; whether
     there is one its flags tell. An answer shows only the most urgent flag, therefore the whole list

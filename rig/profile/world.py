@@ -1,8 +1,8 @@
 """The truth of a simulated rig: what `sim` builds and `rig` never looks at."""
 
-from typing import Literal
+from typing import Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from rig.profile.model import Model, NotNegative, Positive
 
@@ -92,6 +92,15 @@ class ZaberFirmwareConfig(Model):
     """Serial number of a device less its address."""
     checksum: bool = True
     """Whether answers end with a checksum."""
+
+    @model_validator(mode="after")
+    def _the_board_is_carried(self) -> Self:
+        if self.address not in self.addresses or self.axis > self.axes:
+            raise ValueError(
+                f"axis {self.axis} of device {self.address} carries the board, there are devices "
+                f"{', '.join(map(str, self.addresses))} with {self.axes} axes each"
+            )
+        return self
 
 
 class MarlinFirmwareConfig(Model):

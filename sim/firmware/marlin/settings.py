@@ -1,7 +1,7 @@
 """The settings of the simulated Marlin, and how it prints them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from rig.profile import FirmwareConfig
 from sim.firmware.axes import AXES, Vector
@@ -20,7 +20,6 @@ class MarlinSettings:
     keepalive_s: float
     emergency_parser: bool
     feed_share: float = 1.0
-    extra: dict[str, float] = field(default_factory=dict[str, float])
 
     @classmethod
     def of(cls, config: FirmwareConfig) -> "MarlinSettings":

@@ -31,7 +31,7 @@ class ZaberFirmware:
         spare = CarriageConfig(board_at_machine_zero_mm=1.0, power_up_mm=-30.0)
         self.axis = Axis(config, carriage, clock.now_s())
         self._devices: list[Device] = []
-        for address in (*zaber.addresses,):
+        for address in zaber.addresses:
             axes = [Axis(config, Carriage(spare, clock), clock.now_s()) for _ in range(zaber.axes)]
             if address == zaber.address:
                 axes[zaber.axis - 1] = self.axis

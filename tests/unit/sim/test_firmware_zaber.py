@@ -2,7 +2,9 @@
 
 import pytest
 
+from rig.errors import ConfigError
 from rig.profile import CarriageConfig, FirmwareConfig, ZaberFirmwareConfig
+from rig.profile.load import load_profile
 from sim.carriage import Carriage
 from sim.clock import VirtualClock
 from sim.firmware.zaber import ZaberFirmware
@@ -147,6 +149,11 @@ def test_fresh_power_forgets_the_reference_and_takes_time() -> None:
     assert bench.say("/1") == ""
     bench.wait(3.0)
     assert bench.say("/1 1") == "@01 1 OK IDLE WR 0"
+
+
+def test_a_chain_in_which_nothing_carries_the_board_is_refused() -> None:
+    with pytest.raises(ConfigError, match="axis 1 of device 3 carries the board, there are dev"):
+        load_profile("sim", ["world.firmware.zaber.address=3"])
 
 
 def test_odd_lines_are_no_commands() -> None:
