@@ -11,7 +11,7 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal, cast
 
 import pytest
 
@@ -96,7 +96,7 @@ def run_in_guest(session: pytest.Session, config: pytest.Config) -> Outcome:
     ):
         tests.append(NEEDED_ON_HOST)
     cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "rig-tests")
-    factory: pytest.TempPathFactory = config._tmp_path_factory
+    factory: pytest.TempPathFactory = cast("Any", config)._tmp_path_factory
     results = session.stash[_folder] = factory.mktemp("vivid")
     (results / "tests").write_text("\n".join(tests))
     from tests.hardware.vivid.render import render_all  # the guest has no use for it
