@@ -128,7 +128,7 @@ def run_in_guest(session: pytest.Session, config: pytest.Config) -> Outcome:
 def _script() -> str:
     pytest_call = [
         *(sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "--basetemp=/run/tmp/pytest"),
-        *("-q", "--timeout=60", "--durations=15", f"@{RESULTS}/tests"),
+        *("-q", "--timeout=150", "--durations=15", f"@{RESULTS}/tests"),
     ]
     return f"""
 export RIG_VIVID_GUEST=1 PYTHONDONTWRITEBYTECODE=1 OPENBLAS_NUM_THREADS=1
