@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from benchmarks import board_fit, main_job, rectification
+from benchmarks import board_fit, calibration, main_job, rectification
 from benchmarks.slopes import __main__ as slopes
 
 if __name__ == "__main__":
     main_job.main()
     board_fit.main()
+    calibration.main()
     rectification.main()
     np.seterr(invalid="ignore")
     slopes.main([])
