@@ -40,7 +40,7 @@ _CLEAR_SHARE = 2.0
 side to side begins at this many widths of the margin."""
 _LEAST_CONTRAST = 0.35
 """Of the median: a crossing fitted with less is not of the board."""
-_MOST_MOVED = 0.2
+_MOST_MOVED = 0.1
 """Way from where a corner is expected to where it is fitted, in sides of a square."""
 _MOST_SIGMAS = 6.0
 """Sigma of a corner, in medians: fitted to something else."""
@@ -125,7 +125,8 @@ def _measured(
     """
     seen = np.isfinite(xy_px[..., 0])
     grid: _Grid | None = None
-    # Where a coarse picture found the corners, its margins may be too narrow to measure them.
+    # A coarse picture finds corners sooner than it measures them: margins are narrow in it.
+    level = max(level - 1, 0)
     while grid is None and level >= 0:
         grid = _fitted(pictures, level, xy_px, seen, board)
         level -= 1
@@ -202,7 +203,8 @@ def _good(
     fit: CrossingFit, start: Float, side_px: Float, even: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
     """Which fits are corners of the board: in place, as strong and sharp, colours in turn."""
-    usable = np.isfinite(fit.sigma_px)
+    # No residual at all: a flat piece of a picture, which any crossing without contrast fits.
+    usable = np.isfinite(fit.sigma_px) & (fit.sigma_px > 0)
     if not usable.any():
         return usable
     signed = np.where(even, fit.contrast, -fit.contrast)

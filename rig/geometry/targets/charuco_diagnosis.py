@@ -190,12 +190,16 @@ def _other_layout(
                 )
             found = known_markers(read[key], bits)
             if len(found) >= _FEWEST_MARKERS:
-                return _named_otherwise(found, name, own, asked)
+                return _named_otherwise(found, name, own, board, asked)
     return None
 
 
 def _named_otherwise(
-    found: dict[tuple[int, int], int], name: str, own: str, asked: str
+    found: dict[tuple[int, int], int],
+    name: str,
+    own: str,
+    board: CharucoBoard,
+    asked: str,
 ) -> TargetError:
     if name != own:
         return TargetError(
@@ -203,9 +207,17 @@ def _named_otherwise(
             "one of the same kind",
             reason="wrong-dictionary",
         )
+    across = _across(found)
+    if across in (None, board.squares_across) and max(found.values()) < board.marker_count:
+        return TargetError(
+            f"{asked}, found {len(found)} of its markers but no corners that agree with them; "
+            "bring more of it into view, out of glare, and hold it still",
+            reason="few-corners",
+        )
     numbers = ", ".join(str(number) for number in sorted(found.values())[:6])
+    where = " of other size" if across is None else f" {across} squares across"
     return TargetError(
-        f"{asked}, found its markers ({numbers}, ...) as on a board{_across(found)}; set "
+        f"{asked}, found its markers ({numbers}, ...) as on a board{where}; set "
         "squares_across and squares_down to what the board has, or use the other board",
         reason="wrong-count",
     )
@@ -217,11 +229,11 @@ def _holds(name: str, dictionary: str) -> bool:
     return large.shape[1:] == small.shape[1:] and np.array_equal(large[: len(small)], small)
 
 
-def _across(found: dict[tuple[int, int], int]) -> str:
+def _across(found: dict[tuple[int, int], int]) -> int | None:
     """Two rows on in a column, the number has grown by the squares across."""
     grown = [
         found[row + 2, column] - number
         for (row, column), number in found.items()
         if (row + 2, column) in found
     ]
-    return f" {int(np.median(grown))} squares across" if grown else " of other size"
+    return int(np.median(grown)) if grown else None
