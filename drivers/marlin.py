@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 
 from drivers.marlin_dialect import AXES, Remark
-from drivers.marlin_link import MarlinLink
+from drivers.marlin_link import ANSWER_TIMEOUT_S, MarlinLink
 from drivers.marlin_settings import MarlinAxis, read_axis, travel_time_s
 from drivers.serial_line import SerialLine
 from drivers.serial_stage import SerialStage
@@ -99,10 +99,12 @@ class MarlinController:
         left_s = deadline_s - self._clock.now_s()
         if self._is_moving and left_s <= 0.0:
             return None
+        # At rest there is nothing to wait for, only a lost answer to be asked for again.
+        longest_s = max(left_s, REREAD_S) if self._is_moving else ANSWER_TIMEOUT_S
         try:
-            self._link.command("M400", max(left_s, REREAD_S))
+            self._link.command("M400", longest_s)
         except StageTimeoutError:
-            if self._clock.now_s() < deadline_s:
+            if not self._is_moving or self._clock.now_s() < deadline_s:
                 raise
             return None
         self._at_mm = self._read_mm(what)

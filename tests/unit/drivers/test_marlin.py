@@ -289,6 +289,22 @@ def test_a_lost_ok_does_not_do_the_command_twice() -> None:
         assert bench.true_mm() == pytest.approx(150.0, abs=MICROSTEP_MM)
 
 
+def test_a_wait_at_rest_that_is_lost_is_asked_for_again() -> None:
+    lost: list[bytes] = []
+
+    def lose_once(data: bytes) -> bytes:
+        if b"M400" in data and not lost:
+            lost.append(data)
+            return b""
+        return data
+
+    with simulated_bench(MARLIN, before=Scripted) as bench, bench.stage as stage:
+        stage.home()
+        scripted(bench).on_receive = lose_once
+        assert stage.position_mm == pytest.approx(210.0)
+        assert lost
+
+
 def test_an_offset_between_coordinate_and_count_is_caught() -> None:
     def shift(data: bytes) -> bytes:
         return data.replace(b"X:60.00", b"X:59.50")
