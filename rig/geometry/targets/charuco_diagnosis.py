@@ -17,7 +17,7 @@ _MIN_SIDE_PX = 6.0
 """As for a checkerboard: corners of smaller squares run together."""
 _MIN_BIT_PX = 1.2
 """Smaller bits cannot be told apart."""
-_ENOUGH = (slice(7), slice(7))
+_ENOUGH = (slice(5), slice(5))
 """Rows and columns of a lattice that are searched for other markers: it bounds the work."""
 _FEWEST_CORNERS = 4
 _FEWEST_MARKERS = 2
