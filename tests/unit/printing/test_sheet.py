@@ -78,6 +78,7 @@ def ink_runs(row: NDArray[np.float64]) -> tuple[float, float]:
     return dark[0] + 1 - ink[dark[0]], dark[-1] + ink[dark[-1]]
 
 
+@pytest.mark.slow
 def test_the_ruler_is_a_hundred_mm_long():
     drawing = sheet_of(CHARUCO)
     ruler = drawing.areas[-1]
