@@ -89,14 +89,15 @@ def run_calibration(
             f"profile {profile.name}: stored pictures are read from the start and know no stage; "
             "leave out --resume and --stage"
         )
-    album = (
-        Album.unfinished(store.frames, profile)
-        if request.resume
-        else Album.new(store.frames, profile)
-    )
     if recorded:
         session.read_recording()
+        album = Album.new(store.frames, profile)
     else:
+        album = (
+            Album.unfinished(store.frames, profile)
+            if request.resume
+            else Album.new(store.frames, profile)
+        )
         session.read_album(album)
         session.take(album)
     report(len(session.sighted), "solving")
