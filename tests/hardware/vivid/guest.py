@@ -154,7 +154,7 @@ def boot(
     }
     files |= {f"modules/{path.name}": path.read_bytes() for path in ordered}
     initramfs = results / "initramfs"
-    initramfs.write_bytes(cpio(files, ("bin", "modules", "dev", "proc", "sys", "root")))
+    initramfs.write_bytes(cpio(files, ("bin", "modules", "dev", "proc", "sys", "host")))
     (results / "script").write_text(script)
     command = [
         qemu, "-M", "q35", "-cpu", "max", "-accel", "tcg,thread=multi", "-smp", "2",
@@ -182,17 +182,17 @@ _INIT = """#!/bin/busybox sh
 mount -t devtmpfs dev /dev; mount -t proc proc /proc; mount -t sysfs sys /sys
 {load}
 opt=trans=virtio,version=9p2000.L,msize=1048576
-mount -t 9p -o $opt,ro,cache=loose host /root
-mount -t devtmpfs dev /root/dev; mount -t proc proc /root/proc; mount -t sysfs sys /root/sys
-mkdir -p /root/dev/shm /root/dev/pts
-mount -t devpts pts /root/dev/pts
-for place in run dev/shm; do mount -t tmpfs tmpfs /root/$place; done
-mkdir -p /root{results} /root/run/tmp
-mount -t 9p -o $opt results /root{results}
+mount -t 9p -o $opt,ro,cache=loose host /host
+mount -t devtmpfs dev /host/dev; mount -t proc proc /host/proc; mount -t sysfs sys /host/sys
+mkdir -p /host/dev/shm /host/dev/pts
+mount -t devpts pts /host/dev/pts
+for place in run dev/shm; do mount -t tmpfs tmpfs /host/$place; done
+mkdir -p /host{results} /host/run/tmp
+mount -t 9p -o $opt results /host{results}
 ip link set lo up
 export HOME=/run/tmp TMPDIR=/run/tmp
 export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
-chroot /root /bin/sh {results}/script >/root{results}/log 2>&1
+chroot /host /bin/sh {results}/script >/host{results}/log 2>&1
 sync; poweroff -f
 """
 
