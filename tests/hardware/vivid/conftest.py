@@ -57,7 +57,7 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
             file.write(json.dumps(report._to_json()) + "\n")
 
 
-def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
+def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
     """On the host: report what the guest found instead of running the test here."""
     if IS_GUEST or not _belongs_to_guest(item):
         return None
@@ -66,6 +66,8 @@ def pytest_runtest_protocol(item: pytest.Item) -> bool | None:
     for report in _reports(item, outcome):
         item.ihook.pytest_runtest_logreport(report=report)
     item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+    # What a test on the host set up for this folder ends here, where pytest sees no test end.
+    cast("Any", item.session)._setupstate.teardown_exact(nextitem)
     return True
 
 
