@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from rig.errors import FormatError
 from rig.geometry.camera_model import CameraModel
-from rig.geometry.lens import LensModel, distort
+from rig.geometry.lens import COEFFICIENTS, LensModel, distort
 
 Float = NDArray[np.float64]
 Narrow = Literal["brown4", "brown5", "brown8", "fisheye", "none"]
@@ -75,8 +75,7 @@ def refit(camera: CameraModel, held: Narrow) -> Refit:
     rays = camera.unproject(pixels)
     seen = np.isfinite(rays).all(axis=1)
     pixels, rays = pixels[seen], rays[seen]
-    count = {"none": 0, "brown5": 5, "brown8": 8, "fisheye": 4}[lens]
-    coefficients = np.zeros(count)
+    coefficients = np.zeros(COEFFICIENTS[lens])
     if camera.lens == lens or (camera.lens, lens) in {("brown8", "brown5"), ("brown5", "brown8")}:
         shared = [k for k in taken if k < len(camera.coefficients)]
         coefficients[shared] = np.array(camera.coefficients)[shared]
