@@ -10,7 +10,7 @@ from rig.epipolar.confidence import judge
 from rig.epipolar.cross_check import fill_unshared, is_one_sided
 from rig.epipolar.line import LineFits, fit_lines
 from rig.epipolar.median import guided_median, near_jumps
-from rig.epipolar.occlusion import hidden_somewhere
+from rig.epipolar.occlusion import hidden_in_views, hidden_somewhere
 from rig.epipolar.photometry import equalise
 from rig.epipolar.scales import Scales, measure_scales
 from rig.epipolar.search import Effort, effort_of, search
@@ -27,6 +27,8 @@ _MEDIAN_RADIUS_PX = 4
 _MEDIAN_ROUNDS = {Effort.FOLLOWED: 1, Effort.COARSE: 1, Effort.FULL: 2}
 """One where the edges have been settled before: in the last frame, at half size."""
 _STITCH_RADIUS_PX, _STITCH_STRIDE_PX = 6, 2
+_COVERED_LABELS = 1.5
+"""Difference of slope, labels, from which a nearer surface covers what is behind it."""
 
 
 def estimate_slopes(
@@ -72,10 +74,14 @@ def estimate_slopes(
     slope = window.hold(slope)
     if effort is Effort.COARSE:
         # One step reaches about a label: a start at half size may be farther away.
-        _, (stitched, _, _) = _refine(images, slope, cameras, scales)
+        nowhere = np.zeros(images.shape, np.bool_)
+        _, (stitched, _, _) = _refine(images, slope, nowhere, cameras, scales)
         slope = window.hold(stitched)
     slope = window.hold(choose_sides(images, slope, cameras, scales))
-    lines, (stitched, variance, misfit) = _refine(images, slope, cameras, scales)
+    covered = hidden_in_views(
+        slope, views.x_steps, views.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px
+    )
+    lines, (stitched, variance, misfit) = _refine(images, slope, covered, cameras, scales)
     slope = window.hold(stitched)
     hidden = hidden_somewhere(slope, views.x_steps, views.y_steps, 2.0 * cameras.step_px)
     range_px = slope_range_px[1] - slope_range_px[0]
@@ -108,13 +114,17 @@ def _settle_edges(
 
 
 def _refine(
-    images: NDArray[np.float32], slope_px: NDArray[np.float32], cameras: Cameras, scales: Scales
+    images: NDArray[np.float32],
+    slope_px: NDArray[np.float32],
+    covered: NDArray[np.bool_],
+    cameras: Cameras,
+    scales: Scales,
 ) -> tuple[LineFits, Stitched]:
     """Move every pixel's line one step to its optimum, and join the optima of neighbours."""
     x_steps, y_steps, reference = cameras.x_steps, cameras.y_steps, cameras.reference
     lines = fit_lines(
-        images, x_steps, y_steps, reference, slope_px, scales.doubt, scales.derivative_variance,
-        cameras.step_px,
+        images, x_steps, y_steps, reference, slope_px, covered, scales.doubt,
+        scales.derivative_variance, cameras.step_px,
     )  # fmt: skip
     return lines, _stitch(slope_px, lines, images[reference], cameras, scales)
 

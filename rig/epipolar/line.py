@@ -3,7 +3,8 @@
 Along the line of a reference pixel all views show one unknown grey value, so the slope and that
 value are fitted together: a mean-centred least-squares problem with Cauchy weights (Holland and
 Welsch, "Robust regression using iteratively reweighted least-squares", 1977). Views are sampled
-with Catmull-Rom splines (Catmull and Rom, 1974). A half that does not see the point is left out.
+with Catmull-Rom splines (Catmull and Rom, 1974). A view that a nearer surface covers hardly counts,
+and a half that does not see the point is left out.
 """
 
 from dataclasses import dataclass
@@ -17,6 +18,8 @@ from rig.epipolar.kernel import kernel
 from rig.epipolar.sampling import pad, sample_points
 
 MISFIT_LIMIT = 3.0
+_COVERED_SHARE = np.float32(0.01)
+"""Weight of a view whose place is covered: it decides where no other view sees the point."""
 SEEN, HALF_HIDDEN, UNSEEN = 0, 1, 2
 """All halves see the point; one half of an axis does not; it falls outside all other views."""
 
@@ -44,6 +47,7 @@ def fit_lines(
     y_steps: NDArray[np.float64],
     reference: int,
     slope_px: NDArray[np.float32],
+    covered: NDArray[np.bool_],
     scale: float,
     derivative_variance: float,
     reach_px: float,
@@ -56,6 +60,7 @@ def fit_lines(
         y_steps: (V,) view rows, view steps.
         reference: index of the reference view.
         slope_px: (H, W) start, px per view step.
+        covered: (V, H, W) whether a view shows a nearer surface in the place of the point.
         scale: grey difference beyond which a view is doubted (Cauchy scale).
         derivative_variance: variance that noise alone gives the derivative of the grey value by
             the position, (grey / px)^2.
@@ -71,7 +76,7 @@ def fit_lines(
 
     def work(start: int, stop: int) -> None:
         _fit_lines(
-            padded, images[reference], xs, ys, half, slope_px, np.float32(1 / scale),
+            padded, images[reference], xs, ys, half, slope_px, covered, np.float32(1 / scale),
             np.float32(derivative_variance), np.float32(reach_px), start, stop, slope, information,
             signal, misfit, sight,
         )  # fmt: skip
@@ -88,6 +93,7 @@ def _fit_lines(
     y_steps: NDArray[np.float32],
     half: NDArray[np.int32],
     start_slope: NDArray[np.float32],
+    covered: NDArray[np.bool_],
     per_scale: np.float32,
     derivative_variance: np.float32,
     reach: np.float32,
@@ -120,6 +126,7 @@ def _fit_lines(
                     padded[i], height, width, columns, here, start_slope[v], x_steps[i],
                     y_steps[i], grey[i], tilt[i], seen[i],
                 )  # fmt: skip
+                _doubt(covered[i, v], seen[i])
                 _compare(grey[i], centre[v], seen[i], per_scale, poor[half[i]], members[half[i]])
         sums[0] = np.float32(1)  # the reference itself: difference and tilt are 0
         sums[1:] = np.float32(0)
@@ -129,6 +136,13 @@ def _fit_lines(
                 noise = derivative_variance * (x_steps[i] * x_steps[i] + y_steps[i] * y_steps[i])
                 _add_view(grey[i], tilt[i], seen[i], members[half[i]], per_scale, noise, sums)
         _step(sums, reach, start_slope[v], slope[v], information[v], signal[v])
+
+
+@kernel()
+def _doubt(covered: NDArray[np.bool_], seen: NDArray[np.float32]) -> None:
+    """Take away nearly all the weight of a covered view."""
+    for u in range(len(seen)):
+        seen[u] *= _COVERED_SHARE if covered[u] else np.float32(1)
 
 
 @kernel()
@@ -172,7 +186,7 @@ def _find_hidden(
         nc[u] *= keep_c
         nd[u] *= keep_d
         total = keep_a * a[u] + keep_b * b[u] + keep_c * c[u] + keep_d * d[u]
-        mean[u] = total / max(na[u] + nb[u] + nc[u] + nd[u], one)
+        mean[u] = total / max(na[u] + nb[u] + nc[u] + nd[u], np.float32(1e-6))
         all_kept = keep_a * keep_b * keep_c * keep_d > zero
         sight[u] = UNSEEN if not any_view else SEEN if all_kept else HALF_HIDDEN
 

@@ -1,5 +1,6 @@
 """The grey scales of one estimate, all derived from measured noise and texture."""
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -36,6 +37,11 @@ class Scales:
         excess = self.noise / max(self.texture, 1e-6) - _PREFILTER_FROM_RATIO
         sigma_px = min(1.1 * max(excess, 0.0) ** 0.5, 1.5)
         return sigma_px if sigma_px >= _SMALLEST_PREFILTER_PX else 0.0
+
+    @property
+    def blur_px(self) -> int:
+        """How far a grey edge reaches into what is beside it: the pixel, and the prefilter."""
+        return 2 + math.ceil(self.prefilter_px - 0.5)
 
     @property
     def truncation(self) -> float:

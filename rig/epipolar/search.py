@@ -29,7 +29,7 @@ _FEW = 0.05
 """Share of pixels without a narrow window up to which a search of small images is enough."""
 _FEW_SHRINK = 6
 _CLEARLY = 0.7
-_STEP_PENALTY, _LOW_PENALTY, _JUMP_PENALTY = 6, 8, 24
+_STEP_PENALTY, _LOW_PENALTY, _JUMP_PENALTY = 9, 8, 24
 _COARSE_MEDIAN_RADIUS_PX = 3
 
 

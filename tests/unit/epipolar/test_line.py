@@ -16,9 +16,13 @@ def views() -> np.ndarray:
     return np.stack([np.tile(row, (8, 1)) for row in rows]).astype(np.float32)
 
 
-def fit(images: np.ndarray, start_px: float, scale: float = 20.0) -> LineFits:
+def fit(
+    images: np.ndarray, start_px: float, scale: float = 20.0, covered: tuple[int, ...] = ()
+) -> LineFits:
     start = np.full(images.shape[1:], start_px, np.float32)
-    return fit_lines(images, X_STEPS, Y_STEPS, 2, start, scale, 0.0, 0.3)
+    hidden = np.zeros(images.shape, np.bool_)
+    hidden[list(covered)] = True
+    return fit_lines(images, X_STEPS, Y_STEPS, 2, start, hidden, scale, 0.0, 0.3)
 
 
 def test_one_step_comes_close_to_the_true_slope() -> None:
@@ -43,9 +47,23 @@ def test_a_hidden_half_is_left_out() -> None:
     assert np.median(np.abs(lines.slope_px - TRUE_SLOPE_PX)[:, 10:-10][hidden]) < 0.01
 
 
+def test_a_covered_view_hardly_counts() -> None:
+    images = views()
+    images[4] += 0.2 * np.gradient(images[4], axis=1) + 2.0  # as if 0.2 px off, and brighter
+    off = np.abs(fit(images, TRUE_SLOPE_PX).slope_px - TRUE_SLOPE_PX)[:, 10:-10]
+    covered = fit(images, TRUE_SLOPE_PX, covered=(4,))
+    error = np.abs(covered.slope_px - TRUE_SLOPE_PX)[:, 10:-10]
+    assert np.median(off) > 0.03
+    assert np.median(error) < 0.01
+    assert np.all(covered.sight[:, 5:-5] == SEEN)
+
+
 def test_no_view_sees_what_falls_outside_all_of_them() -> None:
     images = views()[[2, 3]]
     start = np.full(images.shape[1:], 30.0, np.float32)
-    lines = fit_lines(images, np.array([0.0, 1.0]), np.zeros(2), 0, start, 20.0, 0.0, 0.3)
+    open_to_all = np.zeros(images.shape, np.bool_)
+    lines = fit_lines(
+        images, np.array([0.0, 1.0]), np.zeros(2), 0, start, open_to_all, 20.0, 0.0, 0.3
+    )
     assert np.all(lines.sight[:, :30] == UNSEEN)
     assert np.all(lines.sight[:, 31:] == SEEN)
