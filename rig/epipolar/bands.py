@@ -1,4 +1,4 @@
-"""Runs a kernel over bands of rows (or labels, or columns) on two threads.
+"""Runs a kernel over bands of rows (or labels, or columns) on two threads, the caller's among them.
 
 Kernels release the interpreter lock, so plain threads do. Each index is computed by the same code
 whatever the split, which keeps results bit-identical; and, unlike numba's own thread pool, this one
@@ -6,16 +6,21 @@ may be entered by several callers at once and costs no compile time.
 """
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from itertools import pairwise
 
 THREADS = 2
-_pool = ThreadPoolExecutor(THREADS, thread_name_prefix="slopes")
+_pool = ThreadPoolExecutor(THREADS - 1, thread_name_prefix="slopes")
 
 
 def run_in_bands(work: Callable[[int, int], None], count: int) -> None:
     """Call `work(start, stop)` for bands that cover `range(count)`, and wait for all."""
     edges = [count * i // THREADS for i in range(THREADS + 1)]
-    futures = [_pool.submit(work, a, b) for a, b in pairwise(edges)]
+    first, *others = pairwise(edges)
+    futures = [_pool.submit(work, *band) for band in others]
+    try:
+        work(*first)
+    finally:
+        wait(futures)  # whatever happens, nothing of this call runs on
     for future in futures:
         future.result()

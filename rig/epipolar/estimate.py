@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.bands import run_in_bands
 from rig.epipolar.confidence import judge
 from rig.epipolar.cross_check import fill_unshared, is_one_sided
 from rig.epipolar.line import LineFits, fit_lines
@@ -26,6 +27,8 @@ Stitched = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
 _MEDIAN_RADIUS_PX = 4
 _MEDIAN_ROUNDS = {Effort.FOLLOWED: 1, Effort.COARSE: 1, Effort.FULL: 2}
 """One where the edges have been settled before: in the last frame, at half size."""
+_JUMP_LABELS = 3.0
+"""A pixel whose window is narrower than this cannot change to the other side of a jump."""
 _STITCH_RADIUS_PX, _STITCH_STRIDE_PX = 6, 2
 _COVERED_LABELS = 1.5
 """Difference of slope, labels, from which a nearer surface covers what is behind it."""
@@ -65,19 +68,21 @@ def estimate_slopes(
     scales = measure_scales(images, views.reference, grey_step)
     if views.noise is not None:
         scales = replace(scales, noise=max(scales.noise, views.noise))
-    images = _smooth(images, scales.prefilter_px)
+    _smooth(images, scales.prefilter_px)
     effort = effort_of(cameras, window)
     slope = search(images, cameras, window, scales)
     if effort is not Effort.FOLLOWED and is_one_sided(cameras):
         slope = window.hold(fill_unshared(images, slope, cameras, window, scales))
-    slope = _settle_edges(slope, images[views.reference], cameras, scales, _MEDIAN_ROUNDS[effort])
+    movable = window.is_wider(_JUMP_LABELS * cameras.step_px)
+    grey = images[views.reference]
+    slope = _settle_edges(slope, grey, movable, cameras, scales, _MEDIAN_ROUNDS[effort])
     slope = window.hold(slope)
     if effort is Effort.COARSE:
         # One step reaches about a label: a start at half size may be farther away.
         nowhere = np.zeros(images.shape, np.bool_)
         _, (stitched, _, _) = _refine(images, slope, nowhere, cameras, scales)
         slope = window.hold(stitched)
-    slope = window.hold(choose_sides(images, slope, cameras, scales))
+    slope = window.hold(choose_sides(images, slope, movable, cameras, scales))
     covered = hidden_in_views(
         slope, views.x_steps, views.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px
     )
@@ -97,16 +102,17 @@ def _cameras(views: RectifiedViews) -> Cameras:
 def _settle_edges(
     slope_px: NDArray[np.float32],
     grey: NDArray[np.float32],
+    movable: NDArray[np.bool_],
     cameras: Cameras,
     scales: Scales,
     rounds: int,
 ) -> NDArray[np.float32]:
-    """Move slope edges to the grey edges of the reference view."""
+    """Move slope edges to the grey edges of the reference view, where they may move."""
     for _ in range(rounds):
         slope_px = guided_median(
             slope_px,
             grey,
-            near_jumps(slope_px, 1.5 * cameras.step_px, _MEDIAN_RADIUS_PX),
+            near_jumps(slope_px, 1.5 * cameras.step_px, _MEDIAN_RADIUS_PX) & movable,
             radius_px=_MEDIAN_RADIUS_PX,
             grey_scale=2.0 * scales.likeness,
         )
@@ -137,7 +143,8 @@ def _stitch(
     scales: Scales,
 ) -> Stitched:
     """Join neighbours whose slopes differ by no more than the lines themselves are uncertain."""
-    line_sigma_px = scales.smoothed_noise / max(float(np.median(lines.information)), 1e-12) ** 0.5
+    usual = float(np.median(lines.information[::4, ::4]))
+    line_sigma_px = scales.smoothed_noise / max(usual, 1e-12) ** 0.5
     step_px = cameras.step_px
     return stitch(
         slope_px,
@@ -148,11 +155,15 @@ def _stitch(
         stride_px=_STITCH_STRIDE_PX,
         slope_gate_px=max(1.5 * step_px, min(6.0 * line_sigma_px, 6.0 * step_px)),
         grey_gate=scales.likeness,
-        ridge=0.0,
     )
 
 
-def _smooth(images: NDArray[np.float32], sigma_px: float) -> NDArray[np.float32]:
-    if sigma_px == 0:
-        return images
-    return np.stack([cv2.GaussianBlur(image, (0, 0), sigma_px) for image in images])
+def _smooth(images: NDArray[np.float32], sigma_px: float) -> None:
+    """Prefilter images (V, H, W) in place."""
+
+    def work(start: int, stop: int) -> None:
+        for image in images[start:stop]:
+            cv2.GaussianBlur(image, (0, 0), sigma_px, dst=image)
+
+    if sigma_px > 0:
+        run_in_bands(work, len(images))

@@ -5,7 +5,6 @@ pixels show the same point; the grey values of these pairs give gain and offset 
 regression.
 """
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +13,7 @@ from rig.epipolar.rank import mean
 from rig.epipolar.sampling import sample_view
 from rig.epipolar.scales import Scales
 from rig.epipolar.search import search, wide_share
+from rig.epipolar.shrink import shrink
 from rig.epipolar.usable import saturation_grey
 from rig.epipolar.views import Image
 from rig.epipolar.window import Cameras, Window
@@ -39,10 +39,9 @@ def equalise(
         The images (V, H, W); and how well each view agrees with the reference in what it shows,
         (V,): 1 minus its median difference over that of unrelated pixels.
     """
-    shrink = min(_SHRINK, max(1, min(images.shape[1:]) // _MIN_SIDE_PX))
-    size = (images.shape[2] // shrink, images.shape[1] // shrink)
-    small = np.stack([cv2.resize(image, size, interpolation=cv2.INTER_AREA) for image in images])
-    small_window = window.shrunk(shrink)
+    factor = min(_SHRINK, max(1, min(images.shape[1:]) // _MIN_SIDE_PX))
+    small = shrink(images, factor)
+    small_window = window.shrunk(factor)
     clip = saturation_grey(images)
     if wide_share(small_window, cameras) > _FEW_UNKNOWN:
         first = _match_quantiles(images, cameras.reference, clip)
@@ -120,18 +119,19 @@ def _match_pairs(
         if np.count_nonzero(useful) >= _FEWEST_PAIRS:
             x, y = grey[useful], target[useful]
             gain, offset = found[i] = _gain_offset(x, y)
-            unrelated = np.median(np.abs(y - np.roll(y, len(y) // 2)))
-            agreement[i] = 1.0 - np.median(np.abs(y - gain * x - offset)) / (unrelated + 1e-9)
+            unrelated = _middle(np.abs(y - np.roll(y, len(y) // 2)))
+            agreement[i] = 1.0 - _middle(np.abs(y - gain * x - offset)) / (unrelated + 1e-9)
     return found, agreement
 
 
 def _gain_offset(grey: NDArray[np.floating], target: NDArray[np.floating]) -> tuple[float, float]:
     """Robust line target = gain * grey + offset; symmetric, so that noise does not flatten it."""
-    gain, offset = 1.0, float(np.median(target) - np.median(grey))
     x, y = grey.astype(np.float64), target.astype(np.float64)
+    gain, offset = 1.0, _middle(y) - _middle(x)
+    smallest = 1e-3 * float(np.std(y)) + 1e-9
     for _ in range(_ROUNDS):
         misfit = y - gain * x - offset
-        scale = 1.5 * float(np.median(np.abs(misfit))) + 1e-3 * float(np.std(y)) + 1e-9
+        scale = 1.5 * _middle(np.abs(misfit)) + smallest
         weight = 1.0 / (1.0 + (misfit / scale) ** 2)
         weight /= weight.sum()
         mean_x, mean_y = float((weight * x).sum()), float((weight * y).sum())
@@ -142,3 +142,9 @@ def _gain_offset(grey: NDArray[np.floating], target: NDArray[np.floating]) -> tu
         gain = float(np.sqrt(var_y / var_x))
         offset = mean_y - gain * mean_x
     return gain, offset
+
+
+def _middle(values: NDArray[np.floating]) -> float:
+    """Median; of the middle two of an even number, the larger."""
+    half = len(values) // 2
+    return float(np.partition(values, half)[half])

@@ -5,9 +5,11 @@ them. The images are padded once, so that no tap needs a border check. Where to 
 weighing are loops of their own: only the middle one cannot be vectorised.
 """
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.bands import run_in_bands
 from rig.epipolar.kernel import kernel
 
 _PAD = 2
@@ -17,11 +19,12 @@ def pad(images: NDArray[np.float32]) -> NDArray[np.float32]:
     """Repeat the border pixels of (V, H, W) images, and flatten each: (V, (H + 4) * (W + 4))."""
     views, height, width = images.shape
     padded = np.empty((views, height + 2 * _PAD, width + 2 * _PAD), np.float32)
-    padded[:, _PAD:-_PAD, _PAD:-_PAD] = images
-    padded[:, _PAD:-_PAD, :_PAD] = images[:, :, :1]
-    padded[:, _PAD:-_PAD, -_PAD:] = images[:, :, -1:]
-    padded[:, :_PAD] = padded[:, _PAD : _PAD + 1]
-    padded[:, -_PAD:] = padded[:, -_PAD - 1 : -_PAD]
+
+    def work(start: int, stop: int) -> None:
+        for image, target in zip(images[start:stop], padded[start:stop], strict=True):
+            cv2.copyMakeBorder(image, _PAD, _PAD, _PAD, _PAD, cv2.BORDER_REPLICATE, dst=target)
+
+    run_in_bands(work, views)
     return padded.reshape(views, -1)
 
 

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.bands import run_in_bands
 from rig.epipolar.noise import noise_grey
 
 _PREFILTER_FROM_RATIO = 0.1
@@ -88,7 +89,13 @@ def measure_scales(images: NDArray[np.float32], reference: int, grey_step: float
     may hide: they are flat where nothing crosses a step.
     """
     sampled = images[:: max(1, len(images) // _NOISE_VIEWS)]
-    noise = float(np.median([noise_grey(image) for image in sampled]))
+    found = np.empty(len(sampled))
+
+    def work(start: int, stop: int) -> None:
+        found[start:stop] = [noise_grey(image) for image in sampled[start:stop]]
+
+    run_in_bands(work, len(sampled))
+    noise = float(np.median(found))
     grey = images[reference]
     power = 0.5 * (_mean_square(grey[1:], grey[:-1]) + _mean_square(grey[:, 1:], grey[:, :-1]))
     texture = max(power - 2.0 * noise**2, 0.0) ** 0.5

@@ -7,9 +7,7 @@ one label, nothing needs to be.
 """
 
 from enum import IntEnum
-from typing import cast
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +18,7 @@ from rig.epipolar.narrow import narrow_costs
 from rig.epipolar.rank import median_of_nine
 from rig.epipolar.sampling import sample_view
 from rig.epipolar.scales import Scales, measure_scales
+from rig.epipolar.shrink import grow, shrink
 from rig.epipolar.sweep import sweep_costs
 from rig.epipolar.window import Cameras, Window
 
@@ -54,11 +53,12 @@ def effort_of(cameras: Cameras, window: Window) -> Effort:
 
 def wide_share(window: Window, cameras: Cameras) -> float:
     """Share of the pixels whose window is too wide for a narrow search."""
-    return float(_is_wide(window, cameras).mean())
+    wide = _is_wide(window, cameras)
+    return np.count_nonzero(wide) / wide.size
 
 
 def _is_wide(window: Window, cameras: Cameras) -> NDArray[np.bool_]:
-    return window.high_px - window.low_px > _NARROW_UP_TO_LABELS * cameras.step_px
+    return window.is_wider(_NARROW_UP_TO_LABELS * cameras.step_px)
 
 
 def search(
@@ -121,7 +121,7 @@ def _search_few(
     images: NDArray[np.float32], cameras: Cameras, window: Window, wide: NDArray[np.bool_]
 ) -> NDArray[np.float32]:
     """Search scattered pixels in small images; take what clearly fits better than expected."""
-    rows, columns = np.nonzero(wide)
+    rows, columns = np.divmod(np.flatnonzero(wide), wide.shape[1])
     expected = window.expected_px[rows, columns]
     found = _search_coarse(images, cameras, window, _FEW_SHRINK)[rows, columns]
     both = np.concatenate([expected, found])
@@ -153,15 +153,12 @@ def _misfit(
 
 
 def _search_coarse(
-    images: NDArray[np.float32], cameras: Cameras, window: Window, shrink: int
+    images: NDArray[np.float32], cameras: Cameras, window: Window, factor: int
 ) -> NDArray[np.float32]:
     """Exhaustive search of smaller images; slopes shrink with the pixels."""
-    height, width = images.shape[1:]
-    size = (width // shrink, height // shrink)
-    small = np.stack([cv2.resize(i, size, interpolation=cv2.INTER_AREA) for i in images])
-    small_window = window.shrunk(shrink)
+    small = shrink(images, factor)
     scales = measure_scales(small, cameras.reference)
-    slope = _search_all(small, cameras, small_window, scales)
+    slope = _search_all(small, cameras, window.shrunk(factor), scales)
     slope = guided_median(
         slope,
         small[cameras.reference],
@@ -169,8 +166,7 @@ def _search_coarse(
         radius_px=_COARSE_MEDIAN_RADIUS_PX,
         grey_scale=2.0 * scales.likeness,
     )
-    slope = cv2.resize(slope, (width, height), interpolation=cv2.INTER_NEAREST)
-    return window.hold(np.float32(shrink) * cast("NDArray[np.float32]", slope))
+    return window.hold(grow(np.float32(factor) * slope, factor, window.low_px.shape))
 
 
 def _jump_penalties(

@@ -29,18 +29,24 @@ _UNSEEN = np.float32(1e6)
 
 
 def choose_sides(
-    images: NDArray[np.float32], slope_px: NDArray[np.float32], cameras: Cameras, scales: Scales
+    images: NDArray[np.float32],
+    slope_px: NDArray[np.float32],
+    movable: NDArray[np.bool_],
+    cameras: Cameras,
+    scales: Scales,
 ) -> NDArray[np.float32]:
     """Move pixels near jumps to the side that their own lines clearly prefer, (H, W).
 
     Args:
         images: (V, H, W) equalised grey values.
         slope_px: (H, W) slope so far, px per view step.
+        movable: (H, W) pixels that may change sides.
         cameras: where the views stand.
         scales: grey scales of the images.
     """
     low, high = lowest(slope_px, _RADIUS_PX), highest(slope_px, _RADIUS_PX)
-    rows, columns = np.nonzero(high - low > np.float32(_JUMP_LABELS * cameras.step_px))
+    near = high - low > np.float32(_JUMP_LABELS * cameras.step_px)
+    rows, columns = np.divmod(np.flatnonzero(near & movable), slope_px.shape[1])
     limit = np.float32(_LIMIT * scales.doubt)
     padded, half = pad(images), assign_halves(cameras.x_steps, cameras.y_steps)
     x_steps, y_steps = cameras.x_steps.astype(np.float32), cameras.y_steps.astype(np.float32)

@@ -41,7 +41,6 @@ def stitch(
     stride_px: int,
     slope_gate_px: float,
     grey_gate: float,
-    ridge: float,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
     """Fit a local plane of slope around every pixel.
 
@@ -54,7 +53,6 @@ def stitch(
         stride_px: 1 to take every pixel of it, 2 for every second one (a chess-board), and so on.
         slope_gate_px: difference of slope from which a neighbour does not count (Tukey biweight).
         grey_gate: difference of grey value at which a neighbour counts a quarter.
-        ridge: information that holds the plane's tilt to zero.
 
     Returns:
         Slope (H, W); variance for unit-variance grey noise (H, W), infinite where no
@@ -66,32 +64,38 @@ def stitch(
     dy, dx = np.mgrid[0 : radius_px + 1, 1 : radius_px + 1]
     taken = (dy**2 + dx**2 <= (radius_px + 0.5) ** 2) & ((dy + dx) % stride_px == 0)
     quarter = np.stack([dy[taken], dx[taken]], axis=1)
-    slopes, greys, lines, weights = (
-        np.pad(values, radius_px).ravel() for values in (slope_px, grey, line_px, information)
-    )
+    # In units of their gates, slopes and grey values need no more scaling.
+    slope_unit, grey_unit = np.float32(slope_gate_px), np.float32(grey_gate)
+    maps = (
+        (slope_px, slope_unit), (grey, grey_unit), (line_px, slope_unit),
+        (information, np.float32(1)),
+    )  # fmt: skip
+    stride = width + 2 * radius_px
+    framed = np.empty((len(maps), height + 2 * radius_px, stride), np.float32)
 
-    def work(start: int, stop: int) -> None:
+    def frame(first: int, last: int) -> None:
+        for target, (values, unit) in zip(framed[first:last], maps[first:last], strict=True):
+            np.divide(values, unit, out=target[radius_px:-radius_px, radius_px:-radius_px])
+            target[:radius_px] = target[-radius_px:] = np.float32(0)
+            target[:, :radius_px] = target[:, -radius_px:] = np.float32(0)
+
+    def work(first: int, last: int) -> None:
         _stitch(
-            slopes, greys, lines, weights, width + 2 * radius_px, quarter,
-            np.float32(1 / slope_gate_px), np.float32(1 / grey_gate), np.float32(ridge), radius_px,
-            start, stop, slope, variance, misfit,
+            framed.reshape(len(maps), -1), stride, quarter, slope_unit, radius_px, first, last,
+            slope, variance, misfit,
         )  # fmt: skip
 
+    run_in_bands(frame, len(maps))
     run_in_bands(work, height)
     return slope, variance, misfit
 
 
 @kernel()
 def _stitch(
-    start_slope: NDArray[np.float32],
-    grey: NDArray[np.float32],
-    line: NDArray[np.float32],
-    information: NDArray[np.float32],
+    framed: NDArray[np.float32],
     stride: int,
     quarter: NDArray[np.int64],
-    per_slope: np.float32,
-    per_grey: np.float32,
-    ridge: np.float32,
+    slope_unit: np.float32,
     frame: int,
     start: int,
     stop: int,
@@ -102,6 +106,7 @@ def _stitch(
     """Row by row in blocks whose sums stay in the first cache."""
     width = slope.shape[1]
     sums = np.empty(_SUMS * _BLOCK, np.float32)
+    start_slope, grey, line, information = framed[0], framed[1], framed[2], framed[3]
     for v in range(start, stop):
         for first in range(0, width, _BLOCK):
             count = min(_BLOCK, width - first)
@@ -111,11 +116,11 @@ def _stitch(
                 dy, dx = quarter[k, 0], quarter[k, 1]
                 _add_neighbours(
                     here, count, dy * stride + dx, dx * stride - dy, start_slope, grey, line,
-                    information, np.float32(dx), np.float32(dy), per_slope, per_grey, sums,
+                    information, np.float32(dx), np.float32(dy), sums,
                 )  # fmt: skip
             last = first + count
             _solve(
-                sums, ridge, start_slope[here : here + count], slope[v, first:last],
+                sums, start_slope[here : here + count], slope_unit, slope[v, first:last],
                 variance[v, first:last], misfit[v, first:last],
             )  # fmt: skip
 
@@ -153,84 +158,100 @@ def _add_neighbours(
     information: NDArray[np.float32],
     dx: np.float32,
     dy: np.float32,
-    per_slope: np.float32,
-    per_grey: np.float32,
     sums: NDArray[np.float32],
 ) -> None:
     """Add the four neighbours at (dx, dy), (-dy, dx) and opposite: most of their moments agree.
 
-    The sums lie `_BLOCK` apart in one array, so that the compiler sees that they are apart.
+    Of the second moments, xx + yy and xx - yy are summed. The sums lie `_BLOCK` apart in one array,
+    so that the compiler sees that they are apart.
     """
-    xx, xy, yy = dx * dx, dx * dy, dy * dy
+    square, difference, xy = dx * dx + dy * dy, dx * dx - dy * dy, dx * dy
+    one = np.float32(1)
     for i in range(count):
         u, c = np.uintp(i), np.uintp(here + i)
         m0, g0 = start_slope[c], grey[c]
         p, q = np.uintp(here + i + one_way), np.uintp(here + i - one_way)
         r, s = np.uintp(here + i + other_way), np.uintp(here + i - other_way)
-        gp = _gate((start_slope[p] - m0) * per_slope, (grey[p] - g0) * per_grey)
-        gq = _gate((start_slope[q] - m0) * per_slope, (grey[q] - g0) * per_grey)
-        gr = _gate((start_slope[r] - m0) * per_slope, (grey[r] - g0) * per_grey)
-        gs = _gate((start_slope[s] - m0) * per_slope, (grey[s] - g0) * per_grey)
+        near_p, like_p = _near(start_slope[p] - m0), _unlike(grey[p] - g0)
+        near_q, like_q = _near(start_slope[q] - m0), _unlike(grey[q] - g0)
+        near_r, like_r = _near(start_slope[r] - m0), _unlike(grey[r] - g0)
+        near_s, like_s = _near(start_slope[s] - m0), _unlike(grey[s] - g0)
+        # One division serves two neighbours.
+        both_pq, both_rs = one / (like_p * like_q), one / (like_r * like_s)
+        gp, gq = near_p * like_q * both_pq, near_q * like_p * both_pq
+        gr, gs = near_r * like_s * both_rs, near_s * like_r * both_rs
+        gp, gq, gr, gs = gp * gp, gq * gq, gr * gr, gs * gs
         wp, wq = gp * information[p], gq * information[q]
         wr, ws = gr * information[r], gs * information[s]
         mp, mq, mr, ms = line[p] - m0, line[q] - m0, line[r] - m0, line[s] - m0
         vp, vq, vr, vs = wp * mp, wq * mq, wr * mr, ws * ms
-        one, other = wp + wq, wr + ws
-        one_odd, other_odd = wp - wq, wr - ws
+        along, across = wp + wq, wr + ws
+        along_odd, across_odd = wp - wq, wr - ws
         m_odd, n_odd = vp - vq, vr - vs
-        sums[u] += one + other
-        sums[u + np.uintp(_BLOCK)] += dx * one_odd - dy * other_odd
-        sums[u + np.uintp(2 * _BLOCK)] += dy * one_odd + dx * other_odd
-        sums[u + np.uintp(3 * _BLOCK)] += xx * one + yy * other
-        sums[u + np.uintp(4 * _BLOCK)] += xy * (one - other)
-        sums[u + np.uintp(5 * _BLOCK)] += yy * one + xx * other
-        sums[u + np.uintp(6 * _BLOCK)] += (vp + vq) + (vr + vs)
-        sums[u + np.uintp(7 * _BLOCK)] += dx * m_odd - dy * n_odd
-        sums[u + np.uintp(8 * _BLOCK)] += dy * m_odd + dx * n_odd
-        sums[u + np.uintp(9 * _BLOCK)] += (vp * mp + vq * mq) + (vr * mr + vs * ms)
-        sums[u + np.uintp(10 * _BLOCK)] += (gp + gq) + (gr + gs)
+        total, gap = along + across, along - across
+        sums[u] += total
+        k = u + np.uintp(_BLOCK)
+        sums[k] = sums[k] + dx * along_odd - dy * across_odd
+        k += np.uintp(_BLOCK)
+        sums[k] = sums[k] + dy * along_odd + dx * across_odd
+        k += np.uintp(_BLOCK)
+        sums[k] += square * total
+        k += np.uintp(_BLOCK)
+        sums[k] += xy * gap
+        k += np.uintp(_BLOCK)
+        sums[k] += difference * gap
+        k += np.uintp(_BLOCK)
+        sums[k] += (vp + vq) + (vr + vs)
+        k += np.uintp(_BLOCK)
+        sums[k] = sums[k] + dx * m_odd - dy * n_odd
+        k += np.uintp(_BLOCK)
+        sums[k] = sums[k] + dy * m_odd + dx * n_odd
+        k += np.uintp(_BLOCK)
+        sums[k] = sums[k] + vp * mp + vq * mq + vr * mr + vs * ms
+        k += np.uintp(_BLOCK)
+        sums[k] += (gp + gq) + (gr + gs)
 
 
 @kernel()
-def _gate(slope_difference: np.float32, grey_difference: np.float32) -> np.float32:
-    """Tukey's biweight of the one, a squared Cauchy weight of the other."""
-    one = np.float32(1)
-    near = max(one - slope_difference * slope_difference, np.float32(0))
-    like = one + grey_difference * grey_difference
-    share = near / like
-    return share * share
+def _near(slope_difference: np.float32) -> np.float32:
+    """Root of Tukey's biweight."""
+    return max(np.float32(1) - slope_difference * slope_difference, np.float32(0))
+
+
+@kernel()
+def _unlike(grey_difference: np.float32) -> np.float32:
+    """Reciprocal root of a squared Cauchy weight."""
+    return np.float32(1) + grey_difference * grey_difference
 
 
 @kernel()
 def _solve(
     sums: NDArray[np.float32],
-    ridge: np.float32,
     start_slope: NDArray[np.float32],
+    slope_unit: np.float32,
     slope: NDArray[np.float32],
     variance: NDArray[np.float32],
     misfit: NDArray[np.float32],
 ) -> None:
     """Eliminate the two tilts from the 3 x 3 normal equations, then the value at the centre."""
+    half, one = np.float32(0.5), np.float32(1)
     for u in range(len(start_slope)):
         s, sx, sy = sums[u], sums[u + 1 * _BLOCK], sums[u + 2 * _BLOCK]
-        xx = sums[u + 3 * _BLOCK] + ridge
-        xy = sums[u + 4 * _BLOCK]
-        yy = sums[u + 5 * _BLOCK] + ridge
+        square, xy, difference = (
+            sums[u + 3 * _BLOCK], sums[u + 4 * _BLOCK], sums[u + 5 * _BLOCK],
+        )  # fmt: skip
+        xx, yy = half * (square + difference), half * (square - difference)
         sm, xm, ym = sums[u + 6 * _BLOCK], sums[u + 7 * _BLOCK], sums[u + 8 * _BLOCK]
         det = xx * yy - xy * xy
-        if s > np.float32(1e-9) and det > 0:
-            kx = (sx * yy - sy * xy) / det
-            ky = (sy * xx - sx * xy) / det
-            info = s - kx * sx - ky * sy
-            if info > np.float32(1e-9):
-                a = (sm - kx * xm - ky * ym) / info
-                b = (yy * (xm - sx * a) - xy * (ym - sy * a)) / det
-                c = (xx * (ym - sy * a) - xy * (xm - sx * a)) / det
-                slope[u] = start_slope[u] + a
-                variance[u] = np.float32(1) / info
-                rest = sums[u + 9 * _BLOCK] - a * sm - b * xm - c * ym
-                misfit[u] = rest / sums[u + 10 * _BLOCK] if rest > 0 else np.float32(0)
-                continue
-        slope[u] = start_slope[u]
-        variance[u] = np.float32(np.inf)
-        misfit[u] = np.float32(0)
+        kx = (sx * yy - sy * xy) / det
+        ky = (sy * xx - sx * xy) / det
+        info = s - kx * sx - ky * sy
+        a = (sm - kx * xm - ky * ym) / info
+        b = (yy * (xm - sx * a) - xy * (ym - sy * a)) / det
+        c = (xx * (ym - sy * a) - xy * (xm - sx * a)) / det
+        rest = sums[u + 9 * _BLOCK] - a * sm - b * xm - c * ym
+        known = (s > np.float32(1e-9)) & (det > 0) & (info > np.float32(1e-9))
+        scatter = slope_unit * slope_unit * max(rest, np.float32(0)) / sums[u + 10 * _BLOCK]
+        slope[u] = slope_unit * (start_slope[u] + (a if known else np.float32(0)))
+        variance[u] = one / info if known else np.float32(np.inf)
+        misfit[u] = scatter if known else np.float32(0)

@@ -14,7 +14,7 @@ _SATURATED_SHARE = 0.02
 
 def saturation_grey(images: Image) -> float:
     """Grey value at which pixels are clipped; infinite where hardly any are."""
-    sample = images[:, ::4, ::4]
+    sample = np.ascontiguousarray(images[:, ::4, ::4])
     top = sample.max()
     return float(top) if float((sample == top).mean()) > 0.1 * _SATURATED_SHARE else float("inf")
 
@@ -29,8 +29,9 @@ def seen_views(views: RectifiedViews) -> tuple[RectifiedViews, tuple[str, ...]]:
     if images.dtype == np.float32 and not np.isfinite(images).all():
         raise SlopeError("found values that are not finite in the images; give finite grey values")
     warnings: tuple[str, ...] = ()
-    spread = images[:, ::4, ::4].std(axis=(1, 2))
-    clipped = float((images[:, ::4, ::4] >= saturation_grey(images)).mean())
+    sample = np.ascontiguousarray(images[:, ::4, ::4])
+    spread = sample.std(axis=(1, 2))
+    clipped = np.count_nonzero(sample >= saturation_grey(images)) / sample.size
     if clipped > _SATURATED_SHARE and spread[views.reference] > 0:
         warnings = (
             f"{100 * clipped:.0f} % of the pixels are saturated, say nothing; lower the exposure",

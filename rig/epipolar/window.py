@@ -1,12 +1,11 @@
 """Which slopes to search, and how finely: the arrangement of the views and a hypothesis."""
 
 from dataclasses import dataclass
-from typing import cast
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.bands import run_in_bands
 from rig.epipolar.views import SlopePrior
 from rig.errors import SlopeError
 
@@ -44,9 +43,10 @@ class Window:
 
     def shrunk(self, shrink: int) -> "Window":
         """Return the window of images that are `shrink` times smaller."""
-        size = (self.low_px.shape[1] // shrink, self.low_px.shape[0] // shrink)
+        height, width = (side // shrink for side in self.low_px.shape)
+        first = shrink // 2
         maps = (
-            cast("NDArray[np.float32]", cv2.resize(m, size, interpolation=cv2.INTER_NEAREST))
+            m[first::shrink, first::shrink][:height, :width]
             for m in (self.low_px, self.high_px, self.expected_px)
         )
         return Window(*(m / np.float32(shrink) for m in maps))
@@ -57,7 +57,12 @@ class Window:
 
     def hold(self, slope_px: NDArray[np.float32]) -> NDArray[np.float32]:
         """Hold slopes (H, W) inside the window: outside it nothing was compared."""
-        return np.clip(slope_px, self.low_px, self.high_px)
+        held = np.maximum(slope_px, self.low_px)
+        return np.minimum(held, self.high_px, out=held)
+
+    def is_wider(self, than_px: float) -> NDArray[np.bool_]:
+        """Pixels whose window is wider than this, (H, W)."""
+        return self.high_px - self.low_px > np.float32(than_px)
 
 
 def window_of(
@@ -76,20 +81,31 @@ def window_of(
             f"asked to search slopes from {low_px:g} to {high_px:g} px per view step; "
             "give two finite numbers, the lower one first"
         )
-    low, high = np.full(shape, low_px, np.float32), np.full(shape, high_px, np.float32)
-    expected = np.full(shape, 0.5 * (low_px + high_px), np.float32)
     if prior is None:
-        return Window(low, high, expected)
+        middle_px = 0.5 * (low_px + high_px)
+        return Window(*(np.full(shape, end, np.float32) for end in (low_px, high_px, middle_px)))
     if prior.slope_px.shape != shape or prior.sigma_px.shape != shape:
         raise SlopeError(
             f"the prior has slopes {prior.slope_px.shape} and sigmas {prior.sigma_px.shape}, the "
             f"views are {shape} (H, W); give a prior of the reference view's shape"
         )
-    half = np.float32(2) * prior.sigma_px
-    if np.any(half < 0):
+    if np.any(prior.sigma_px < 0):
         raise SlopeError("the prior has a negative sigma; give standard deviations of 0 or more")
-    known = np.isfinite(prior.slope_px) & (half < 0.5 * (high_px - low_px))
-    np.copyto(low, prior.slope_px - half, where=known)
-    np.copyto(high, prior.slope_px + half, where=known)
-    np.clip(prior.slope_px, low, high, out=expected, where=np.isfinite(prior.slope_px))
-    return Window(low, high, expected)
+    window = Window(*(np.empty(shape, np.float32) for _ in range(3)))
+    run_in_bands(lambda a, b: _open(window, slice(a, b), prior, low_px, high_px), shape[0])
+    return window
+
+
+def _open(
+    window: Window, rows: slice, prior: SlopePrior, low_px: float, high_px: float
+) -> None:
+    """Fill some rows of a window around a hypothesis."""
+    slope, half = prior.slope_px[rows], np.float32(2) * prior.sigma_px[rows]
+    low, high, expected = window.low_px[rows], window.high_px[rows], window.expected_px[rows]
+    there = np.isfinite(slope)
+    wide = ~(there & (half < 0.5 * (high_px - low_px)))
+    np.subtract(slope, half, out=low)
+    np.add(slope, half, out=high)
+    low[wide], high[wide] = low_px, high_px
+    np.minimum(np.maximum(slope, low), high, out=expected)
+    expected[~there] = 0.5 * (low_px + high_px)

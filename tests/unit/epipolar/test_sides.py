@@ -13,7 +13,8 @@ def choose(scene: Scene, slope_px: NDArray[np.float32]) -> NDArray[np.float32]:
     cameras = Cameras(scene.views.x_steps, scene.views.y_steps, 1)
     window = window_of(scene.views.shape, scene.range_px, None)
     images, _ = equalise(scene.views.images, cameras, window)
-    return choose_sides(images, slope_px, cameras, measure_scales(images, 1))
+    movable = np.ones(slope_px.shape, np.bool_)
+    return choose_sides(images, slope_px, movable, cameras, measure_scales(images, 1))
 
 
 def test_a_fattened_foreground_goes_back_to_its_edge(ball: Scene) -> None:

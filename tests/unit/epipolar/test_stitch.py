@@ -12,7 +12,7 @@ def run(start: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.ndarray, np
     information = np.full(line.shape, 4.0, np.float32)
     return stitch(
         start, line.astype(np.float32), information, GREY, radius_px=5, stride_px=1,
-        slope_gate_px=1.0, grey_gate=20.0, ridge=0.0,
+        slope_gate_px=1.0, grey_gate=20.0,
     )  # fmt: skip
 
 
@@ -50,7 +50,6 @@ def test_without_information_the_start_stays_and_the_variance_is_infinite() -> N
     nothing = np.zeros_like(PLANE)
     slope, variance, _ = stitch(
         PLANE, PLANE, nothing, GREY, radius_px=3, stride_px=1, slope_gate_px=1.0, grey_gate=20.0,
-        ridge=0.0,
     )  # fmt: skip
     assert np.array_equal(slope, PLANE)
     assert np.all(np.isinf(variance))
