@@ -11,7 +11,7 @@ from rig.epipolar.confidence import judge
 from rig.epipolar.cross_check import fill_unshared, is_one_sided
 from rig.epipolar.line import LineFits, fit_lines
 from rig.epipolar.median import guided_median, near_jumps
-from rig.epipolar.occlusion import hidden_in_views, hidden_somewhere
+from rig.epipolar.occlusion import hidden_points
 from rig.epipolar.photometry import equalise
 from rig.epipolar.scales import Scales, measure_scales
 from rig.epipolar.search import Effort, effort_of, search
@@ -83,12 +83,11 @@ def estimate_slopes(
         _, (stitched, _, _) = _refine(images, slope, nowhere, cameras, scales)
         slope = window.hold(stitched)
     slope = window.hold(choose_sides(images, slope, movable, cameras, scales))
-    covered = hidden_in_views(
+    covered, hidden = hidden_points(
         slope, views.x_steps, views.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px
     )
     lines, (stitched, variance, misfit) = _refine(images, slope, covered, cameras, scales)
     slope = window.hold(stitched)
-    hidden = hidden_somewhere(slope, views.x_steps, views.y_steps, 2.0 * cameras.step_px)
     range_px = slope_range_px[1] - slope_range_px[0]
     return judge(
         slope, variance, misfit, lines, hidden, scales, cameras.step_px, range_px, warnings

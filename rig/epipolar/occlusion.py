@@ -14,36 +14,14 @@ from rig.epipolar.halves import HALVES, assign_halves
 from rig.epipolar.kernel import kernel
 
 
-def hidden_somewhere(
-    slope_px: NDArray[np.float32],
-    x_steps: NDArray[np.float64],
-    y_steps: NDArray[np.float64],
-    jump_px: float,
-) -> NDArray[np.bool_]:
-    """Pixels hidden in the outermost view of at least one half, (H, W).
-
-    Args:
-        slope_px: (H, W).
-        x_steps: (V,) view columns, view steps.
-        y_steps: (V,) view rows, view steps.
-        jump_px: a point counts as nearer when its slope is larger by this, px per view step.
-    """
-    half = assign_halves(x_steps, y_steps)
-    reach = np.hypot(x_steps, y_steps)
-    sides = (np.flatnonzero(half == h) for h in range(HALVES))
-    ends = np.array([views[np.argmax(reach[views])] for views in sides if len(views)])
-    hidden = hidden_in_views(slope_px, x_steps[ends], y_steps[ends], jump_px, 0)
-    return np.logical_or.reduce(hidden, axis=0)
-
-
-def hidden_in_views(
+def hidden_points(
     slope_px: NDArray[np.float32],
     x_steps: NDArray[np.float64],
     y_steps: NDArray[np.float64],
     jump_px: float,
     margin_px: int,
-) -> NDArray[np.bool_]:
-    """Which pixels each view does not show, (V, H, W).
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Tell what each view does not show, and what is hidden at the rim of the array.
 
     Args:
         slope_px: (H, W).
@@ -51,73 +29,100 @@ def hidden_in_views(
         y_steps: (V,) view rows, view steps.
         jump_px: a point counts as nearer when its slope is larger by this, px per view step.
         margin_px: how far a nearer point spoils what is beside it, by blur and interpolation.
+
+    Returns:
+        (V, H, W) pixels that each view does not show, or not clean within the margin; and (H, W)
+        pixels hidden in the outermost view of at least one half, without any margin.
     """
-    hidden = np.zeros((len(x_steps), *slope_px.shape), np.bool_)
+    height, width = slope_px.shape
+    covered = np.zeros((len(x_steps), height, width), np.bool_)
     away = np.flatnonzero(np.hypot(x_steps, y_steps) > 0)
+    ends = _outermost(x_steps, y_steps)
+    hidden = np.zeros((len(ends), height, width), np.bool_)
 
     def work(start: int, stop: int) -> None:
-        place = np.empty(slope_px.shape, np.int32)
-        buffer = np.empty(slope_px.size + 1, np.float32)
-        nearest = buffer[:-1].reshape(slope_px.shape)
         for i in away[start:stop]:
-            _move(slope_px, np.float32(x_steps[i]), np.float32(y_steps[i]), place)
-            buffer[:] = -np.inf
-            _draw(slope_px.ravel(), place.ravel(), buffer)
-            buffer[-1] = -np.inf  # nothing outside the view hides anything
+            step = np.float32(x_steps[i]), np.float32(y_steps[i])
+            nearest = np.full(height * width + 1, -np.inf, np.float32)
+            _draw(slope_px, *step, nearest)
+            nearest[-1] = -np.inf  # nothing outside the view hides anything
+            if i in ends:
+                _look(slope_px, *step, np.float32(jump_px), nearest, hidden[ends.index(i)])
             if margin_px > 0:
                 across = 1 if y_steps[i] == 0 else 2 * margin_px + 1
                 along = 1 if x_steps[i] == 0 else 2 * margin_px + 1
-                nearest[:] = cv2.dilate(nearest, np.ones((across, along), np.uint8))
-            _look(slope_px.ravel(), place.ravel(), np.float32(jump_px), buffer, hidden[i].ravel())
+                picture = nearest[:-1].reshape(height, width)
+                cv2.dilate(picture, np.ones((across, along), np.uint8), dst=picture)
+            _look(slope_px, *step, np.float32(jump_px), nearest, covered[i])
 
     run_in_bands(work, len(away))
-    return hidden
+    return covered, np.logical_or.reduce(hidden, axis=0)
 
 
-@kernel()
-def _move(
-    slope: NDArray[np.float32],
-    x_step: np.float32,
-    y_step: np.float32,
-    place: NDArray[np.int32],
-) -> None:
-    """Index of the pixel of the view where each point lands; one past the last if outside."""
-    height, width = slope.shape
-    half = np.float32(0.5)
-    right, bottom = np.float32(width), np.float32(height)
-    stride = np.int32(width)
-    outside = np.int32(height * width)
-    for v in range(height):
-        row, target = slope[v], place[v]
-        for u in range(width):
-            x = np.float32(u) - row[u] * x_step + half
-            y = np.float32(v) - row[u] * y_step + half
-            inside = (x >= 0) & (y >= 0) & (x < right) & (y < bottom)
-            x = x if inside else half
-            y = y if inside else half
-            here = np.int32(np.int32(np.int32(y) * stride) + np.int32(x))
-            target[u] = here if inside else outside
+def _outermost(x_steps: NDArray[np.float64], y_steps: NDArray[np.float64]) -> list[int]:
+    """Index of the outermost view of each half that has views."""
+    half, reach = assign_halves(x_steps, y_steps), np.hypot(x_steps, y_steps)
+    sides = (np.flatnonzero(half == h) for h in range(HALVES))
+    return [int(views[np.argmax(reach[views])]) for views in sides if len(views)]
 
 
 @kernel()
 def _draw(
-    slope: NDArray[np.float32], place: NDArray[np.int32], nearest: NDArray[np.float32]
+    slope: NDArray[np.float32],
+    x_step: np.float32,
+    y_step: np.float32,
+    nearest: NDArray[np.float32],
 ) -> None:
     """Keep the nearest slope at every place of the view."""
-    for u in range(len(place)):
-        k = np.uintp(np.uint32(place[u]))
-        nearest[k] = max(nearest[k], slope[u])
+    height, width = slope.shape
+    place = np.empty(width, np.int32)
+    for v in range(height):
+        row = slope[v]
+        _move(row, v, height, x_step, y_step, place)
+        for u in range(width):
+            k = np.uintp(np.uint32(place[u]))
+            nearest[k] = max(nearest[k], row[u])
 
 
 @kernel()
 def _look(
     slope: NDArray[np.float32],
-    place: NDArray[np.int32],
+    x_step: np.float32,
+    y_step: np.float32,
     jump: np.float32,
     nearest: NDArray[np.float32],
     hidden: NDArray[np.bool_],
 ) -> None:
     """Mark who lies behind the nearest slope at its place."""
-    for u in range(len(place)):
-        k = np.uintp(np.uint32(place[u]))
-        hidden[u] = nearest[k] > slope[u] + jump
+    height, width = slope.shape
+    place = np.empty(width, np.int32)
+    for v in range(height):
+        row, marks = slope[v], hidden[v]
+        _move(row, v, height, x_step, y_step, place)
+        for u in range(width):
+            k = np.uintp(np.uint32(place[u]))
+            marks[u] = nearest[k] > row[u] + jump
+
+
+@kernel()
+def _move(
+    row: NDArray[np.float32],
+    v: int,
+    height: int,
+    x_step: np.float32,
+    y_step: np.float32,
+    place: NDArray[np.int32],
+) -> None:
+    """Index of the pixel of the view where each point of row v lands; one past the last outside."""
+    width = len(row)
+    half, here = np.float32(0.5), np.float32(v)
+    right, bottom = np.float32(width), np.float32(height)
+    stride, outside = np.int32(width), np.int32(height * width)
+    for u in range(width):
+        x = np.float32(np.int32(u)) - row[u] * x_step + half
+        y = here - row[u] * y_step + half
+        inside = min(min(x, right - x), min(y, bottom - y)) > 0
+        x = x if inside else half
+        y = y if inside else half
+        index = np.int32(np.int32(np.int32(y) * stride) + np.int32(x))
+        place[u] = index if inside else outside
