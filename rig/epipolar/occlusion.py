@@ -121,7 +121,7 @@ def _move(
     for u in range(width):
         x = np.float32(np.int32(u)) - row[u] * x_step + half
         y = here - row[u] * y_step + half
-        inside = min(min(x, right - x), min(y, bottom - y)) > 0
+        inside = min(x, right - x, y, bottom - y) > 0
         x = x if inside else half
         y = y if inside else half
         index = np.int32(np.int32(np.int32(y) * stride) + np.int32(x))

@@ -119,7 +119,7 @@ def _locate(
     for u in range(len(slope)):
         x = columns[u] - slope[u] * x_step
         y = rows[u] - slope[u] * y_step
-        inside = min(min(x, right - x), min(y, bottom - y)) >= 0
+        inside = min(x, right - x, y, bottom - y) >= 0
         x = x if inside else columns[u]
         y = y if inside else rows[u]
         ix, iy = np.int32(x), np.int32(y)

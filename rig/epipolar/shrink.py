@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
 
-Picture = TypeVar("Picture", bound=NDArray[np.generic])
+Picture = TypeVar("Picture", bound=NDArray[np.integer | np.floating])
 
 
 def shrink(images: Picture, factor: int) -> Picture:
@@ -23,6 +23,7 @@ def shrink(images: Picture, factor: int) -> Picture:
 
     def work(start: int, stop: int) -> None:
         for view in range(start, stop):
+            image: NDArray[np.integer | np.floating]
             image = images[view, : height * factor, : width * factor]
             for step in _steps(factor):  # halving twice is several times faster than quartering
                 size = image.shape[1] // step, image.shape[0] // step

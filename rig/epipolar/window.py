@@ -96,9 +96,7 @@ def window_of(
     return window
 
 
-def _open(
-    window: Window, rows: slice, prior: SlopePrior, low_px: float, high_px: float
-) -> None:
+def _open(window: Window, rows: slice, prior: SlopePrior, low_px: float, high_px: float) -> None:
     """Fill some rows of a window around a hypothesis."""
     slope, half = prior.slope_px[rows], np.float32(2) * prior.sigma_px[rows]
     low, high, expected = window.low_px[rows], window.high_px[rows], window.expected_px[rows]
