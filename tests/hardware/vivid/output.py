@@ -5,6 +5,7 @@ import ctypes
 import fcntl
 import mmap
 import os
+import select
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -14,11 +15,16 @@ from rig.frames import GreyImage
 
 _OUTPUT = 2
 """Buffer type of video output, `V4L2_BUF_TYPE_VIDEO_OUTPUT`."""
-_BUFFERS = 3
+_BUFFERS = 2
+"""One that is shown, one that takes its place."""
+_TIMEOUT_S = 60.0
+"""Longest wait for the line to change its picture; it has 60 chances a second."""
 
 
 class VideoOutput:
     """Shows the picture that was written last, again and again, as a screen does.
+
+    A picture is on the line when `write` returns: the driver has handed back the one before.
 
     Args:
         path: an output node.
@@ -67,27 +73,32 @@ class VideoOutput:
         self._is_streaming = False
 
     def write(self, image: GreyImage) -> None:
-        """Show a picture from the next frame on."""
+        """Show a picture; it is on the line when this returns.
+
+        Raises:
+            TimeoutError: the line still shows the picture before.
+        """
         content = image.tobytes()
-        index = self._take_free()
+        index = self._free.pop()
         self._memory[index][0 : len(content)] = content
         buffer = self._buffer(index)
         buffer.bytesused, buffer.field = len(content), abi.FIELD_NONE
         self._ioctl(abi.VIDIOC_QBUF, buffer)
-        if not self._is_streaming:
+        if self._is_streaming:
+            self._free.append(self._wait_for_the_one_before())
+        else:
             self._ioctl(abi.VIDIOC_STREAMON, ctypes.c_int(_OUTPUT))
             self._is_streaming = True
 
-    def _take_free(self) -> int:
-        """Return a buffer that is shown no more: the driver keeps only the last one."""
-        while True:
-            buffer = self._buffer(0)
-            try:
-                self._ioctl(abi.VIDIOC_DQBUF, buffer)
-            except OSError:  # none yet, or not streaming
-                break
-            self._free.append(buffer.index)
-        return self._free.pop(0)
+    def _wait_for_the_one_before(self) -> int:
+        """Return the buffer that is shown no more: the driver keeps only the last one."""
+        poll = select.poll()
+        poll.register(self._descriptor, select.POLLOUT)
+        if not poll.poll(_TIMEOUT_S * 1e3):
+            raise TimeoutError(f"{self._path} showed the same picture for {_TIMEOUT_S:.0f} s")
+        buffer = self._buffer(0)
+        self._ioctl(abi.VIDIOC_DQBUF, buffer)
+        return buffer.index
 
     def _ioctl(self, request: int, argument: ctypes.Structure | ctypes.c_int) -> None:
         fcntl.ioctl(self._descriptor, request, argument, True)

@@ -1,11 +1,11 @@
 """The rig of the sweep: what the host, which renders, and the guest, which captures, agree on."""
 
-import threading
+import itertools
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,7 @@ _OVERRIDES: Final = (
     "sweep.count=8",
     "sweep.samples=2",
     "sweep.backward_every=0",
-    "sweep.settle_s=1.5",
+    "sweep.settle_s=0.1",
 )
 
 Pictures = NDArray[np.uint8]
@@ -79,8 +79,6 @@ def stops() -> tuple[Stop, ...]:
 class Screens:
     """Shows every camera what it would see of the board where the stage has come to rest.
 
-    A context manager with a thread of its own. While the board moves the last pictures stay.
-
     Args:
         outputs: open output nodes, one per view.
         pictures: (stops, variants, views, H, W).
@@ -99,34 +97,20 @@ class Screens:
         self._pictures = pictures
         self._carriage = carriage
         self._places_mm = np.asarray(places_mm)
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._variants = itertools.cycle(range(VARIANTS))
+        self._show(0)
 
-    def __enter__(self) -> Self:
-        self._show(0, 0)
-        self._thread.start()
-        return self
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Change to the next picture of this place, and keep it while a sample is taken."""
+        away_mm = np.abs(self._places_mm - self._carriage.travelled_mm(time.monotonic()))
+        assert away_mm.min() < 0.01, f"the board rests {away_mm.min()} mm beside the next stop"
+        self._show(int(away_mm.argmin()))
+        yield
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._ended.set()
-        self._thread.join()
-
-    def _run(self) -> None:
-        number = 0
-        while not self._ended.wait(0.2):
-            at_mm = self._carriage.travelled_mm(time.monotonic())
-            away_mm = np.abs(self._places_mm - at_mm)
-            if away_mm.min() < 0.01:
-                number += 1
-                self._show(int(away_mm.argmin()), number % VARIANTS)
-
-    def _show(self, stop: int, variant: int) -> None:
-        for output, picture in zip(self._outputs, self._pictures[stop, variant], strict=True):
+    def _show(self, stop: int) -> None:
+        shown = self._pictures[stop, next(self._variants)]
+        for output, picture in zip(self._outputs, shown, strict=True):
             output.write(picture)
 
 

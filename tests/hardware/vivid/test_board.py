@@ -26,16 +26,11 @@ def test_a_rendered_board_arrives_byte_for_byte_and_is_found():
             with camera:
                 first = camera.grab(10.0).frames[0].image
                 output.write(pictures[1])
-                later = [camera.grab(10.0).frames[0].image for _ in range(10)]
+                second = camera.grab(10.0).frames[0].image
     finally:
         use_webcam(NUMBER)
     assert np.array_equal(first, pictures[0])
-    # The screen changes at one of its next frames, and then as a whole.
-    changed = [np.array_equal(image, pictures[1]) for image in later]
-    assert changed[-1]
-    assert changed == sorted(changed)
-    unchanged = [image for image, new in zip(later, changed, strict=True) if not new]
-    assert all(np.array_equal(image, pictures[0]) for image in unchanged)
+    assert np.array_equal(second, pictures[1])
     board = Board(columns=9, rows=6, square_mm=25.0)
     sent, came = find_corners(pictures[0], board), find_corners(first, board)
     assert np.array_equal(sent.xy_px, came.xy_px)

@@ -74,7 +74,7 @@ def test_every_sample_of_a_sweep_comes_through_the_kernel_as_it_was_rendered():
             bench.callback(set_control, number, "percentage_of_dropped_buffers", 0)
             output = VideoOutput(output_path(number), width_px=SIZE_PX[0], height_px=SIZE_PX[1])
             outputs.append(bench.enter_context(output))
-        bench.enter_context(Screens(outputs, pictures, carriage, places_mm(truth, halts)))
+        screens = Screens(outputs, pictures, carriage, places_mm(truth, halts))
         hardware = bench.enter_context(open_hardware(profile))
         hardware.stage.home()
         camera = hardware.camera
@@ -91,6 +91,7 @@ def test_every_sample_of_a_sweep_comes_through_the_kernel_as_it_was_rendered():
             move_timeout_s=30.0,
             grab_timeout_s=profile.camera.timeout_s,
             times=SweepTimes(),
+            held=screens.held,
         ):
             for number, frame in enumerate(taken.multiview.frames):
                 shown = pictures[taken.stop.index, :, number]
