@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from benchmarks import board_fit, calibration, main_job, rectification
+from benchmarks import board_fit, calibration, main_job, opening, rectification
 from benchmarks.slopes import __main__ as slopes
 
 if __name__ == "__main__":
     main_job.main()
+    opening.main()
     board_fit.main()
     calibration.main()
     rectification.main()

@@ -52,7 +52,8 @@ class FakeDevice:
     controls: list[FakeControl] = field(default_factory=list[FakeControl])
     capabilities: int = abi.CAP_VIDEO_CAPTURE | abi.CAP_STREAMING
     phase_s: float = 0.0
-    opening_s: float = 0.0
+    on_open: Callable[[], object] | None = None
+    """Called while it is opened; as long as it lasts, opening lasts."""
     paint: Paint | None = None
     """Bytes of a frame by its number; by default every pixel holds the number."""
     timestamp_flags: int = abi.BUF_FLAG_TIMESTAMP_MONOTONIC
@@ -140,7 +141,8 @@ class FakeVideoKernel:
         device = self.devices.get(str(path))
         if device is None or not device.is_plugged:
             raise OSError(errno.ENOENT, "No such file or directory")
-        self._clock.sleep_s(device.opening_s)
+        if device.on_open is not None:
+            device.on_open()
         if abi.VIDIOC_QUERYCAP in device.refused and device.refused[abi.VIDIOC_QUERYCAP] in (
             errno.EACCES,
             errno.EBUSY,

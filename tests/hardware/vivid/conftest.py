@@ -34,7 +34,7 @@ VIVID = " ".join(
 REPORTS = "reports.jsonl"
 ON_HOST = "test_measured_on_host.py"
 NEEDED_ON_HOST = "tests/hardware/vivid/test_sweep.py"
-_GUEST_TIMEOUT_S = 800.0
+_GUEST_TIMEOUT_S = 1200.0
 """An idle machine needs two minutes; a busy one gets more."""
 
 Outcome = dict[str, list[dict[str, object]]] | str

@@ -2,7 +2,7 @@
 
 import itertools
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
@@ -101,7 +101,7 @@ class Screens:
         self._show(0)
 
     @contextmanager
-    def held(self) -> Iterator[None]:
+    def held(self) -> Generator[None]:
         """Change to the next picture of this place, and keep it while a sample is taken."""
         away_mm = np.abs(self._places_mm - self._carriage.travelled_mm(time.monotonic()))
         assert away_mm.min() < 0.01, f"the board rests {away_mm.min()} mm beside the next stop"
