@@ -12,7 +12,7 @@ from rig.database import StoredCalibration
 from rig.epipolar import Label, RectifiedViews, SlopeMap
 from rig.epipolar.board_lines import BoardViews
 from rig.epipolar.calibrated_views import CalibratedViews
-from rig.epipolar.noise import noise_grey
+from rig.epipolar.noise_model import NoiseModel, estimate_noise
 from rig.epipolar.resample import Resampler
 from rig.epipolar.views import Image
 from rig.errors import ConfigError
@@ -82,14 +82,23 @@ class Rectifier:
                 x_steps=np.array([view.x_steps for view in places]),
                 y_steps=np.array([view.y_steps for view in places]),
                 reference=self.profile.reference,
+                noise=self.noise,
             )
         return RectifiedViews(
             images=self._resampler(list(images)),
             x_steps=self.rectification.x_steps,
             y_steps=self.rectification.y_steps,
             reference=self.profile.reference,
-            noise=noise_grey(np.asarray(images[self.profile.reference], np.float32)),
+            noise=self.noise or _noise_of(images[self.profile.reference]),
         )
+
+    @property
+    def noise(self) -> NoiseModel | None:
+        """Noise of the pictures as the profile tells it; None where it was not measured."""
+        told = self.profile.camera.noise
+        if told is None:
+            return None
+        return NoiseModel(told.read_noise_levels, told.electrons_per_level)
 
     def pictures(self, images: GreyImage) -> GreyImage:
         """Return pictures (V, H, W) for people, rectified and of the type that they came in."""
@@ -210,6 +219,10 @@ class Rectifier:
             raise ConfigError("without a calibration there is no ratio of depths")
         rows, columns = np.indices(self.rectification.shape, dtype=np.float64)
         return (1.0 / self.rectification.depth_ratio(np.stack([columns, rows]))).astype(np.float32)
+
+
+def _noise_of(image: GreyImage) -> NoiseModel:
+    return estimate_noise([np.asarray(image, np.float32)], step_levels=1.0)
 
 
 def rectifier_of(profile: Profile, calibration: StoredCalibration | None) -> Rectifier:

@@ -1,13 +1,16 @@
 """Judgement of the pictures: board, focus, exposure, noise, and how alike the views are."""
 
+import math
 import statistics
 from collections.abc import Sequence
 from functools import partial
 
 from rig.check.items import Item, Status, graded, worst
+from rig.check.photon_transfer import PhotonTransfer
 from rig.check.stills import Sighting, ViewStills
 from rig.errors import TargetError
 from rig.geometry.corners import Corners
+from rig.profile import NoiseConfig
 
 SOFT_PX, BLURRED_PX = 1.5, 3.0
 """Blur of an edge (sigma, pixel area included). A lens in focus gives 0.5-1 px; the sigma of a
@@ -24,6 +27,9 @@ NOISY, DROWNED = 0.03, 0.1
 """Noise of the board's white over its contrast."""
 UNLINEAR = 0.6
 """Straightness of the photon transfer line below which noise does not come from light alone."""
+
+OTHER_NOISE = 1.25
+"""Noise of the board's white over what the profile tells, either way."""
 
 
 def judge_board(sightings: Sequence[tuple[str, Sighting]], where: str) -> Item:
@@ -103,8 +109,13 @@ def judge_exposure(views: Sequence[ViewStills]) -> Item:
     )
 
 
-def judge_noise(views: Sequence[ViewStills]) -> Item:
-    """Judge the noise on the board, and whether it is that of light."""
+def judge_noise(views: Sequence[ViewStills], told: NoiseConfig | None) -> Item:
+    """Judge the noise on the board, whether it is that of light, and what the profile tells of it.
+
+    Args:
+        views: repeated pictures of each.
+        told: `camera.noise` of the profile.
+    """
     statuses: list[Status] = []
     found: list[str] = []
     advice: list[str] = []
@@ -117,9 +128,8 @@ def judge_noise(views: Sequence[ViewStills]) -> Item:
         sigma = noise.sigma_levels(exposed.white)
         contrast = max(exposed.white - exposed.black, 1e-9)
         statuses.append(graded(sigma / contrast, warn_above=NOISY, fail_above=DROWNED))
-        is_light = noise.electrons_per_level > 0.0 and noise.straightness >= UNLINEAR
         text = f"{view.view} {sigma:.1f} levels on white"
-        if is_light:
+        if _is_light(noise):
             text += (
                 f" ({noise.electrons_per_level:.1f} e/level, "
                 f"read {noise.read_noise_levels:.2f} levels)"
@@ -136,11 +146,47 @@ def judge_noise(views: Sequence[ViewStills]) -> Item:
         found.append(text)
     if all(view.noise is None for view in views):
         advice.append("put the board in view, in focus and in light")
+    measured = _of_all(views)
+    if measured is not None:
+        line = (
+            f"camera.noise = {{ read_noise_levels = {measured.read_noise_levels:.2f}, "
+            f"electrons_per_level = {measured.electrons_per_level:.3g} }}"
+        )
+        white = statistics.median(view.exposed.white for view in views)
+        if told is None:
+            found.append(f"for the profile: {line}")
+        elif _differs(told, measured, white):
+            statuses.append("warn")
+            advice.append(f"the profile tells another noise; where gain is as it should be: {line}")
     numbers = {
         "electrons_per_level": {v.view: v.noise.electrons_per_level for v in views if v.noise},
         "read_noise_levels": {v.view: v.noise.read_noise_levels for v in views if v.noise},
     }
     return Item("noise", worst(statuses), ", ".join(found), "; ".join(advice), numbers)
+
+
+def _is_light(noise: PhotonTransfer) -> bool:
+    """Whether the noise grows with light as photons do."""
+    return 0.0 < noise.electrons_per_level < math.inf and noise.straightness >= UNLINEAR
+
+
+def _of_all(views: Sequence[ViewStills]) -> PhotonTransfer | None:
+    """Return the noise that stands for all views; None unless each has that of light."""
+    noises = [view.noise for view in views if view.noise is not None and _is_light(view.noise)]
+    if len(noises) < len(views):
+        return None
+    return PhotonTransfer(
+        statistics.median(noise.electrons_per_level for noise in noises),
+        statistics.median(noise.read_noise_levels for noise in noises),
+        min(noise.straightness for noise in noises),
+    )
+
+
+def _differs(told: NoiseConfig, noise: PhotonTransfer, white: float) -> bool:
+    """Whether a profile tells another noise of a white pixel than was measured."""
+    by_profile = PhotonTransfer(told.electrons_per_level, told.read_noise_levels, 1.0)
+    ratio = noise.sigma_levels(white) / by_profile.sigma_levels(white)
+    return not 1.0 / OTHER_NOISE <= ratio <= OTHER_NOISE
 
 
 def judge_likeness(views: Sequence[ViewStills]) -> Item:

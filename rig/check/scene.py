@@ -46,7 +46,7 @@ def judge_scene(
     yield judge_exposure(views)
     yield judge_locks(profile.camera, identity, views)
     if len(taken) > 2:
-        yield judge_noise(views)
+        yield judge_noise(views, profile.camera.noise)
     yield judge_likeness(views)
     if at_mm is not None and profile.sweep is not None:
         yield judge_settling(

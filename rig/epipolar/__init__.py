@@ -1,6 +1,7 @@
 """Slopes of epipolar lines: dense for every pixel, and one plane for a board."""
 
 from rig.epipolar.estimate import estimate_slopes
+from rig.epipolar.noise_model import NoiseModel
 from rig.epipolar.views import Label, RectifiedViews, SlopeMap, SlopePrior
 
-__all__ = ["Label", "RectifiedViews", "SlopeMap", "SlopePrior", "estimate_slopes"]
+__all__ = ["Label", "NoiseModel", "RectifiedViews", "SlopeMap", "SlopePrior", "estimate_slopes"]

@@ -1,7 +1,5 @@
 """The dense slope estimator: from rectified views to slope, sigma and label of every pixel."""
 
-from dataclasses import replace
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +9,10 @@ from rig.epipolar.confidence import judge
 from rig.epipolar.cross_check import fill_unshared, is_one_sided
 from rig.epipolar.line import LineFits, fit_lines
 from rig.epipolar.median import guided_median, near_jumps
+from rig.epipolar.noise_model import NoiseModel
 from rig.epipolar.occlusion import hidden_points
 from rig.epipolar.photometry import equalise
-from rig.epipolar.scales import Scales, measure_scales
+from rig.epipolar.scales import Scales, stabilise
 from rig.epipolar.search import Effort, effort_of, search
 from rig.epipolar.sides import choose_sides
 from rig.epipolar.stitch import behind_jumps, stitch
@@ -38,17 +37,22 @@ def estimate_slopes(
     views: RectifiedViews,
     slope_range_px: tuple[float, float],
     prior: SlopePrior | None = None,
+    *,
+    noise: NoiseModel | None = None,
 ) -> SlopeMap:
     """Estimate the slope of the epipolar line through every pixel of the reference view.
 
     Half-cost plane sweep, semi-global aggregation, guided median and choice of sides at slope
     edges, one Gauss-Newton step per line, locally linear stitching; each module names its source.
-    Every grey scale comes from the noise and texture of the images themselves.
+    Every grey scale comes from the noise, as measured or as the images show it, and from texture;
+    where noise grows with light, from the noise of each pixel's own grey value.
 
     Args:
         views: two or more rectified views.
         slope_range_px: lowest and highest slope to search, px per view step.
         prior: slope hypothesis; where it is finite, only its mean +- 2 sigma is searched.
+        noise: noise of the grey values as measured; None for that of the views or, where they come
+            without, what the images themselves show.
 
     Returns:
         Slope, sigma and label of every reference pixel.
@@ -65,9 +69,7 @@ def estimate_slopes(
         views, images, warnings = keep(views, ~strange), images[~strange], warnings + more
     cameras = _cameras(views)
     grey_step = 0.0 if views.images.dtype == np.float32 else 1.0
-    scales = measure_scales(images, views.reference, grey_step)
-    if views.noise is not None:
-        scales = replace(scales, noise=max(scales.noise, views.noise))
+    images, scales = stabilise(images, views.reference, grey_step, noise or views.noise)
     _smooth(images, scales.prefilter_px)
     effort = effort_of(cameras, window)
     slope = search(images, cameras, window, scales)

@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.bands import run_in_bands
-from rig.epipolar.noise import noise_grey
+from rig.epipolar.noise import blocks_of_all
+from rig.epipolar.noise_model import NoiseModel, estimate_noise
 
 _PREFILTER_FROM_RATIO = 0.1
 """Noise over texture below which smoothing loses more than it gains."""
@@ -82,24 +82,53 @@ class Scales:
         return gauss / gauss.sum()
 
 
-def measure_scales(images: NDArray[np.float32], reference: int, grey_step: float = 0.0) -> Scales:
+def measure_scales(
+    images: NDArray[np.float32], reference: int, least_noise_levels: float = 0.0
+) -> Scales:
     """Measure noise (median over some views) and texture (reference view) of images (V, H, W).
 
-    Rounding to multiples of `grey_step` has a variance of grey_step^2 / 12, which quiet blocks
-    may hide: they are flat where nothing crosses a step.
+    Args:
+        images: equalised grey values.
+        reference: index of the reference view.
+        least_noise_levels: 1 sigma that is known to be there even if the images do not show it.
     """
-    sampled = images[:: max(1, len(images) // _NOISE_VIEWS)]
-    found = np.empty(len(sampled))
+    noise = float(np.median([blocks.quiet_noise for blocks in blocks_of_all(_some(images))]))
+    return _scales_of(images[reference], max(noise, least_noise_levels))
 
-    def work(start: int, stop: int) -> None:
-        found[start:stop] = [noise_grey(image) for image in sampled[start:stop]]
 
-    run_in_bands(work, len(sampled))
-    noise = float(np.median(found))
-    grey = images[reference]
+def stabilise(
+    images: NDArray[np.float32], reference: int, grey_step: float, known: NoiseModel | None
+) -> tuple[NDArray[np.float32], Scales]:
+    """Bring images (V, H, W) to a scale where all pixels have one noise; measure it and texture.
+
+    Where dark and bright pixels have nearly the same noise, the grey values stay as they are.
+
+    Args:
+        images: equalised grey values.
+        reference: index of the reference view.
+        grey_step: what grey values were rounded to multiples of; quiet blocks may hide that, they
+            are flat where nothing crosses a step.
+        known: noise as measured; None to estimate it from the images.
+    """
+    model = known or estimate_noise(_some(images), grey_step)
+    dark, middle, bright = np.quantile(images[reference, ::8, ::8], (0.05, 0.5, 0.95)).tolist()
+    if model.is_white(dark, bright):
+        least = model.sigma_levels(middle)
+    else:
+        images, least = model.stabilised(images), 1.0
+    if known is None:
+        return images, _scales_of(images[reference], least)
+    return images, measure_scales(images, reference, least)
+
+
+def _some(images: NDArray[np.float32]) -> list[NDArray[np.float32]]:
+    return list(images[:: max(1, len(images) // _NOISE_VIEWS)])
+
+
+def _scales_of(grey: NDArray[np.float32], noise: float) -> Scales:
+    """Scales of a reference view (H, W) with white noise of a known size."""
     power = 0.5 * (_mean_square(grey[1:], grey[:-1]) + _mean_square(grey[:, 1:], grey[:, :-1]))
     texture = max(power - 2.0 * noise**2, 0.0) ** 0.5
-    noise = max(noise, grey_step / 12**0.5)
     floor = 1e-4 * float(np.ptp(grey)) + 1e-9
     return Scales(max(noise, floor), max(texture, floor))
 

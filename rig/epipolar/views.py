@@ -7,6 +7,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.noise_model import NoiseModel
 from rig.errors import SlopeError
 
 Float = NDArray[np.float64]
@@ -42,10 +43,10 @@ class RectifiedViews:
     """(V,) rows of the views, in view steps, below the reference is positive."""
     reference: int
     """Index of the view at (0, 0)."""
-    noise: float | None = None
-    """1 sigma of the white noise of the pictures that these were resampled from, in their grey
-    levels; None for pictures that never were, whose noise can be seen in themselves. Resampling
-    takes the fine part of the noise away, by which noise is measured, and leaves the rest."""
+    noise: NoiseModel | None = None
+    """Noise of the grey values of the reference camera, as measured; None for what the images show
+    themselves. Resampled pictures need it: resampling takes the fine part of the noise away, by
+    which it is told, and leaves the rest."""
 
     def __post_init__(self) -> None:
         images = np.asarray(self.images)
@@ -71,8 +72,6 @@ class RectifiedViews:
                 f"the reference view lies at ({x[self.reference]}, {y[self.reference]}) view "
                 "steps; positions are counted from it, so it must be at (0, 0)"
             )
-        if self.noise is not None and not 0.0 <= self.noise < np.inf:
-            raise SlopeError(f"noise of {self.noise} grey levels given; give a finite 1 sigma")
         if float(np.hypot(x, y).max()) < 1e-6:
             raise SlopeError("all views lie at one position; slopes need a baseline")
         object.__setattr__(self, "images", np.ascontiguousarray(images))

@@ -3,6 +3,7 @@
 from rig.profile.cameras import (
     CameraConfig,
     FolderCameraConfig,
+    NoiseConfig,
     OakCameraConfig,
     RecordingCameraConfig,
     SimCameraConfig,
@@ -36,6 +37,7 @@ __all__ = [
     "GrblStageConfig",
     "MarlinFirmwareConfig",
     "MarlinStageConfig",
+    "NoiseConfig",
     "OakCameraConfig",
     "Profile",
     "RecordingCameraConfig",

@@ -4,7 +4,19 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from rig.profile.model import Model, Positive
+from rig.profile.model import Model, NotNegative, Positive
+
+
+class NoiseConfig(Model):
+    """Noise of the pictures by photon transfer, as `rig check` prints it.
+
+    Levels are those of the pictures, at the gain of this profile.
+    """
+
+    read_noise_levels: NotNegative
+    """Noise at grey level 0 without rounding, 1 sigma."""
+    electrons_per_level: Positive
+    """Conversion gain: the variance of a pixel grows by grey value / `electrons_per_level`."""
 
 
 class CameraLimits(Model):
@@ -14,6 +26,8 @@ class CameraLimits(Model):
     """Longest wait for one multi-view."""
     max_skew_s: Positive = 0.005
     """Largest time between the exposures of one multi-view; anything above is dropped."""
+    noise: NoiseConfig | None = None
+    """Measured noise, by which pixels are weighed; without it the pictures themselves tell it."""
 
 
 class SimCameraConfig(CameraLimits):

@@ -163,3 +163,20 @@ def expose(
     gains = 1.0 + gain_spread * rng.standard_normal(len(views))
     noisy = views * gains[:, None, None] + noise * rng.standard_normal(views.shape)
     return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+
+
+def expose_to_light(
+    views: Array,
+    *,
+    read_noise_levels: float,
+    electrons_per_level: float,
+    gain_spread: float,
+    seed: int = 0,
+) -> NDArray[np.uint8]:
+    """8-bit frames of a sensor that counts photons: variance = read noise^2 + grey / gain."""
+    rng = np.random.default_rng(seed)
+    gains = 1.0 + gain_spread * rng.standard_normal(len(views))
+    grey = np.clip(views, 0, None) * gains[:, None, None]
+    electrons = rng.poisson(grey * electrons_per_level)
+    read = read_noise_levels * rng.standard_normal(grey.shape)
+    return np.clip(np.rint(electrons / electrons_per_level + read), 0, 255).astype(np.uint8)

@@ -66,7 +66,8 @@ def test_with_one_the_stage_is_measured_and_pictures_are_brought_together() -> N
         images = camera.grab(1.0).stack()
     views = rectifier.views(images)
     assert views.images.dtype == np.float32
-    assert views.noise == pytest.approx(1.8, abs=0.5)
+    assert views.noise is not None
+    assert views.noise.sigma_levels(100.0) == pytest.approx(1.8, abs=0.5)
     assert rectifier.pictures(images).dtype == np.uint8
     assert isinstance(rectifier.board_views(images), CalibratedViews)
     # The stage reads 600 mm; scale, axis and the turned camera make something else of it.

@@ -11,12 +11,15 @@ from rig.check.drift import judge_curve
 from rig.check.items import failed, graded, worst
 from rig.check.locks import judge_locks
 from rig.check.moves import Arrival, judge_repeatability, judge_travel, repeatability
+from rig.check.photon_transfer import PhotonTransfer
+from rig.check.pictures import judge_noise
 from rig.check.stills import Exposed, ViewStills
 from rig.check.storage import judge_room
 from rig.check.timing import judge_drops, judge_rate, judge_skew, streamed
 from rig.curve import fit_curve
 from rig.errors import DeviceLostError, StoreError, TargetError
 from rig.frames import Frame, MultiView
+from rig.profile import NoiseConfig
 from rig.profile.load import load_profile
 from tests.support.curve_points import exact_sweep, physical_px
 
@@ -192,3 +195,33 @@ _VAST = np.lib.stride_tricks.as_strided(
     np.zeros(1, np.uint8), shape=(2**24, 2**24), strides=(0, 0), writeable=False
 )
 """A picture of 281 TB that takes up one byte."""
+
+
+SHOT = tuple(
+    replace(STILL, view=name, noise=PhotonTransfer(electrons, 0.6, 0.95))
+    for name, electrons in (("left", 20.0), ("centre", 25.0), ("right", 30.0))
+)
+
+
+def test_the_noise_of_light_is_told_as_a_line_for_the_profile():
+    item = judge_noise(SHOT, None)
+    assert item.status == "pass"
+    assert "camera.noise = { read_noise_levels = 0.60, electrons_per_level = 25 }" in item.found
+
+
+def test_a_profile_that_tells_the_noise_that_is_there_passes():
+    told = NoiseConfig(read_noise_levels=0.8, electrons_per_level=24.0)
+    item = judge_noise(SHOT, told)
+    assert (item.status, item.advice) == ("pass", "")
+    assert "for the profile" not in item.found
+
+
+def test_a_profile_that_tells_another_noise_is_a_warning():
+    item = judge_noise(SHOT, NoiseConfig(read_noise_levels=0.6, electrons_per_level=80.0))
+    assert item.status == "warn"
+    assert "electrons_per_level = 25" in item.advice
+
+
+def test_noise_that_does_not_grow_with_light_is_no_line_for_the_profile():
+    bent = replace(SHOT[1], noise=PhotonTransfer(25.0, 0.6, 0.2))
+    assert "camera.noise" not in judge_noise((SHOT[0], bent, SHOT[2]), None).found

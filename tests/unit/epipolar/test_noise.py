@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from rig.epipolar.noise import noise_grey
-from rig.epipolar.scales import measure_scales
+from rig.epipolar.scales import measure_scales, stabilise
 from tests.support.lightfield import noise_texture
 
 RNG = np.random.default_rng(8)
@@ -37,4 +37,10 @@ def test_the_prefilter_grows_with_noise_and_is_off_for_clean_images() -> None:
 
 def test_rounding_counts_as_noise_where_nothing_else_does() -> None:
     ramp = np.rint(50 + 0.05 * COLUMNS).astype(np.float32)
-    assert measure_scales(ramp[None], 0, grey_step=1.0).noise >= 1 / 12**0.5
+    assert stabilise(ramp[None], 0, 1.0, None)[1].noise >= 1 / 12**0.5 - 1e-9
+
+
+def test_clipped_pixels_do_not_make_an_image_quiet() -> None:
+    noisy = 200 + 30 * np.sin(COLUMNS / 40) + 4.0 * RNG.standard_normal(ROWS.shape)
+    clipped = np.minimum(noisy, 215.0).astype(np.float32)
+    assert noise_grey(clipped) == pytest.approx(4.0, rel=0.1)
