@@ -6,7 +6,6 @@ from numpy.typing import NDArray
 
 from rig.epipolar.line import MISFIT_LIMIT, UNSEEN, LineFits
 from rig.epipolar.rank import highest, lowest, mean
-from rig.epipolar.scales import Scales
 from rig.epipolar.views import Label, SlopeMap
 
 _FILL_REACH_PX = 32
@@ -18,9 +17,6 @@ _START_ERROR, _HOLD_RADIUS_PX = 0.2, 3
 """Error of the slope before the line fit, in labels, 1 sigma."""
 _SIDE_RADIUS_PX, _SIDE_SHARE, _SIDE_LABELS = 2, np.float32(0.3), 0.7
 """About a tenth of the pixels so close to a jump lie on the wrong side: root of 0.1 of the jump."""
-_KEPT_SHARE = 0.28
-"""Share of the white noise power that counts in the stitched slope: the line fit weighs fine grey
-edges most, where the prefilter has taken noise away. Calibrated on rendered scenes."""
 
 
 def judge(
@@ -29,16 +25,14 @@ def judge(
     misfit: NDArray[np.float32],
     lines: LineFits,
     hidden: NDArray[np.bool_],
-    scales: Scales,
     step_px: float,
     range_px: float,
     warnings: tuple[str, ...],
 ) -> SlopeMap:
     """Turn the stitched fit into sigma and labels.
 
-    The variance of the stitched plane is scaled by the grey noise that was measured or, where it is
-    larger, by what the scatter of the neighbours' lines amounts to. The prefilter makes the noise
-    of neighbours alike, which gives its power back in a sum over many pixels.
+    The variance of the stitched plane rests on the grey noise around every pixel, or on the scatter
+    of the neighbours' lines where that is larger.
 
     Where the views contradict the slope (a wrong hypothesis, a hidden or mirroring surface), sigma
     is that of a blind guess: as the next frame's hypothesis it opens the search again.
@@ -47,12 +41,10 @@ def judge(
     its surroundings with the sigma of a blind guess, unless the nearest evidence is over
     `_FILL_REACH_PX` away: then it has no answer.
     """
-    spread = _KEPT_SHARE * (scales.noise / scales.smoothed_noise) ** 2
-    power = np.float32(spread) * np.maximum(misfit, np.float32(scales.smoothed_noise**2))
     blind_px = range_px / np.sqrt(12.0)
     kept_px = np.float32(_START_ERROR * step_px) * _held_back(lines)
     side_px = _other_side(slope_px, step_px)
-    total = power * variance + kept_px**2 + side_px**2
+    total = np.maximum(misfit, np.float32(1)) * variance + kept_px**2 + side_px**2
     sigma = np.minimum(np.sqrt(total), blind_px).astype(np.float32)
     evident = sigma < 0.25 * blind_px
     sigma[_contradicted(lines.misfit)] = blind_px

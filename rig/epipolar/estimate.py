@@ -8,6 +8,7 @@ from rig.epipolar.bands import run_in_bands
 from rig.epipolar.confidence import judge
 from rig.epipolar.cross_check import fill_unshared, is_one_sided
 from rig.epipolar.line import LineFits, fit_lines
+from rig.epipolar.local_noise import line_precision, pooled_share
 from rig.epipolar.median import guided_median, near_jumps
 from rig.epipolar.noise_model import NoiseModel
 from rig.epipolar.occlusion import hidden_points
@@ -21,7 +22,7 @@ from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
 from rig.epipolar.window import Cameras, window_of
 
 Stitched = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
-"""Slope, its variance for unit noise, and misfit of the lines; all (H, W)."""
+"""Slope, its variance, and how far its neighbours scatter beyond theirs; all (H, W)."""
 
 _MEDIAN_RADIUS_PX = 4
 _MEDIAN_ROUNDS = {Effort.FOLLOWED: 1, Effort.COARSE: 1, Effort.FULL: 2}
@@ -91,9 +92,8 @@ def estimate_slopes(
     lines, (stitched, variance, misfit) = _refine(images, slope, covered, cameras, scales)
     slope = window.hold(stitched)
     range_px = slope_range_px[1] - slope_range_px[0]
-    return judge(
-        slope, variance, misfit, lines, hidden, scales, cameras.step_px, range_px, warnings
-    )
+    variance *= np.float32(pooled_share(images[views.reference], scales, _STITCH_STRIDE_PX))
+    return judge(slope, variance, misfit, lines, hidden, cameras.step_px, range_px, warnings)
 
 
 def _cameras(views: RectifiedViews) -> Cameras:
@@ -144,17 +144,17 @@ def _stitch(
     scales: Scales,
 ) -> Stitched:
     """Join neighbours whose slopes differ by no more than the lines themselves are uncertain."""
-    usual = float(np.median(lines.information[::4, ::4]))
-    line_sigma_px = scales.smoothed_noise / max(usual, 1e-12) ** 0.5
+    information = line_precision(lines, scales)
+    line_sigma_px = 1.0 / max(float(np.median(information[::4, ::4])), 1e-12) ** 0.5
     step_px = cameras.step_px
     return stitch(
         slope_px,
         lines.slope_px,
-        behind_jumps(slope_px, lines.information, 2.0 * step_px),
+        behind_jumps(slope_px, information, 2.0 * step_px),
         grey,
         radius_px=_STITCH_RADIUS_PX,
         stride_px=_STITCH_STRIDE_PX,
-        slope_gate_px=max(1.5 * step_px, min(6.0 * line_sigma_px, 6.0 * step_px)),
+        slope_gate_px=max(1.5 * step_px, min(7.5 * line_sigma_px, 6.0 * step_px)),
         grey_gate=scales.likeness,
     )
 

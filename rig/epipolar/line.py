@@ -37,6 +37,10 @@ class LineFits:
     misfit: NDArray[np.float32]
     """(H, W) mean grey difference to the reference over the halves that see the point, in Cauchy
     scales, each view counted as `MISFIT_LIMIT` at most."""
+    scatter: NDArray[np.float32]
+    """(H, W) weighted sum of squared grey differences that the line does not explain, grey^2."""
+    freedom: NDArray[np.float32]
+    """(H, W) what the scatter would be if every view's grey noise had a variance of 1."""
     sight: NDArray[np.uint8]
     """(H, W) `SEEN`, `HALF_HIDDEN` or `UNSEEN`."""
 
@@ -72,17 +76,18 @@ def fit_lines(
     xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
     slope = np.empty((height, width), np.float32)
     information, signal, misfit = (np.empty((height, width), np.float32) for _ in range(3))
+    scatter, freedom = (np.empty((height, width), np.float32) for _ in range(2))
     sight = np.empty((height, width), np.uint8)
 
     def work(start: int, stop: int) -> None:
         _fit_lines(
             padded, images[reference], xs, ys, half, slope_px, covered, np.float32(1 / scale),
             np.float32(derivative_variance), np.float32(reach_px), start, stop, slope, information,
-            signal, misfit, sight,
+            signal, misfit, scatter, freedom, sight,
         )  # fmt: skip
 
     run_in_bands(work, height)
-    return LineFits(slope, information, signal, misfit, sight)
+    return LineFits(slope, information, signal, misfit, scatter, freedom, sight)
 
 
 @kernel()
@@ -103,6 +108,8 @@ def _fit_lines(
     information: NDArray[np.float32],
     signal: NDArray[np.float32],
     misfit: NDArray[np.float32],
+    scatter: NDArray[np.float32],
+    freedom: NDArray[np.float32],
     sight: NDArray[np.uint8],
 ) -> None:
     """Row by row: sample all views, drop hidden halves, sum the normal equations, solve."""
@@ -115,7 +122,7 @@ def _fit_lines(
     )
     columns, here = np.arange(width).astype(np.float32), np.empty(width, np.float32)
     poor, members = np.empty((HALVES, width), np.float32), np.empty((HALVES, width), np.float32)
-    sums = np.empty((6, width), np.float32)
+    sums = np.empty((8, width), np.float32)
     for v in range(start, stop):
         here[:] = np.float32(v)
         poor[:] = np.float32(0)
@@ -128,14 +135,16 @@ def _fit_lines(
                 )  # fmt: skip
                 _doubt(covered[i, v], seen[i])
                 _compare(grey[i], centre[v], seen[i], per_scale, poor[half[i]], members[half[i]])
-        sums[0] = np.float32(1)  # the reference itself: difference and tilt are 0
-        sums[1:] = np.float32(0)
+        sums[1:7] = np.float32(0)
+        sums[0] = sums[7] = np.float32(1)  # the reference itself: difference and tilt are 0
         _find_hidden(poor, members, misfit[v], sight[v])
         for i in range(views):
             if half[i] >= 0:
                 noise = derivative_variance * (x_steps[i] * x_steps[i] + y_steps[i] * y_steps[i])
                 _add_view(grey[i], tilt[i], seen[i], members[half[i]], per_scale, noise, sums)
-        _step(sums, reach, start_slope[v], slope[v], information[v], signal[v])
+        _step(
+            sums, reach, start_slope[v], slope[v], information[v], signal[v], scatter[v], freedom[v]
+        )
 
 
 @kernel()
@@ -201,12 +210,13 @@ def _add_view(
     noise: np.float32,
     sums: NDArray[np.float32],
 ) -> None:
-    """Add one view to the weighted sums of 1, j, g, jj, jg and the noise in jj.
+    """Add one view to the weighted sums of 1, j, g, jj, jg, the noise in jj, gg and the weight.
 
     j is the tilt, g the grey difference.
     """
     one, zero = np.float32(1), np.float32(0)
     sw, swj, swg, swjj, swjg, swn = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
+    swgg, sww = sums[6], sums[7]
     for u in range(len(grey)):
         g, j = grey[u], tilt[u]
         t = g * per_scale
@@ -218,6 +228,8 @@ def _add_view(
         swjj[u] += wj * j
         swjg[u] += wj * g
         swn[u] += w * noise
+        swgg[u] += w * g * g
+        sww[u] += w * w
 
 
 @kernel()
@@ -228,10 +240,14 @@ def _step(
     slope: NDArray[np.float32],
     information: NDArray[np.float32],
     signal: NDArray[np.float32],
+    scatter: NDArray[np.float32],
+    freedom: NDArray[np.float32],
 ) -> None:
     """Solve for slope and grey value; the grey value is eliminated (mean-centred sums)."""
     one = np.float32(1)
     sw, swj, swg, swjj, swjg, swn = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
+    swgg, sww = sums[6], sums[7]
+    zero = np.float32(0)
     for u in range(len(slope)):
         info = swjj[u] - swj[u] * swj[u] / sw[u]
         cross = swjg[u] - swj[u] * swg[u] / sw[u]
@@ -240,3 +256,6 @@ def _step(
         slope[u] = start_slope[u] + (move if known else np.float32(0))
         information[u] = info if known else np.float32(0)
         signal[u] = information[u] - swn[u] * (one - one / sw[u])
+        explained = cross * cross / info if known else zero
+        scatter[u] = max(swgg[u] - swg[u] * swg[u] / sw[u] - explained, zero)
+        freedom[u] = max(sw[u] - np.float32(2) * sww[u] / sw[u], zero)

@@ -47,7 +47,7 @@ def stitch(
     Args:
         slope_px: (H, W) slope so far: what neighbours must agree with.
         line_px: (H, W) line optimum of every pixel.
-        information: (H, W) its precision, any unit.
+        information: (H, W) its precision, 1 / (px per view step)^2.
         grey: (H, W) reference view.
         radius_px: radius of the round window.
         stride_px: 1 to take every pixel of it, 2 for every second one (a chess-board), and so on.
@@ -55,9 +55,8 @@ def stitch(
         grey_gate: difference of grey value at which a neighbour counts a quarter.
 
     Returns:
-        Slope (H, W); variance for unit-variance grey noise (H, W), infinite where no
-        neighbour knows anything; and the grey noise power that the neighbours' scatter
-        around the plane amounts to (H, W).
+        Slope (H, W); its variance (H, W), infinite where no neighbour knows anything; and the
+        neighbours' scatter around the plane over what their precision promises (H, W).
     """
     height, width = slope_px.shape
     slope, variance, misfit = (np.empty((height, width), np.float32) for _ in range(3))

@@ -1,0 +1,80 @@
+"""Grey noise around every pixel, and what of it reaches the slope.
+
+One noise for the whole picture does not fit dark and bright parts alike, nor what no noise model
+knows: reflections, wrong positions, blur. What the views of a line disagree by after the fit tells
+it on the spot: the residual variance of a least-squares fit (Gauss, "Theoria combinationis
+observationum", 1823), pooled over neighbours. The variance of a robust fit follows P. J. Huber,
+"Robust estimation of a location parameter" (Annals of Mathematical Statistics 35, 1964).
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.epipolar.line import LineFits
+from rig.epipolar.rank import mean
+from rig.epipolar.scales import Scales
+
+_ENOUGH = 100.0
+"""Degrees of freedom to pool: the standard deviation is then known to 7 per cent."""
+_LARGEST_RADIUS_PX = 4
+_LOWEST = 0.5
+"""Share of the power in the whole picture below which a place is quiet by chance."""
+
+
+def line_precision(lines: LineFits, scales: Scales) -> NDArray[np.float32]:
+    """Precision of each pixel's own line, 1 / (px per view step)^2, (H, W)."""
+    each = max(float(np.median(lines.freedom)), 1.0)
+    radius_px = min(int(np.ceil(0.5 * ((_ENOUGH / each) ** 0.5 - 1))), _LARGEST_RADIUS_PX)
+    scatter, freedom = mean(lines.scatter, radius_px), mean(lines.freedom, radius_px)
+    in_scatter, in_step = _cauchy_shares(scales.smoothed_noise / scales.doubt)
+    lowest = _LOWEST * in_scatter * scales.smoothed_noise**2
+    power = np.maximum(scatter / np.maximum(freedom, np.float32(1e-3)), np.float32(lowest))
+    return (lines.information / power * np.float32(in_scatter / in_step)).astype(np.float32)
+
+
+def pooled_share(grey: NDArray[np.float32], scales: Scales, stride_px: int) -> float:
+    """Variance of many lines' mean over that of as many independent ones.
+
+    The prefilter makes the noise of neighbours alike. What it leaves of the noise in a sum over
+    the pixels of a chess-board, weighted by their grey slopes, is what it would leave of that
+    pattern of grey slopes itself.
+
+    Args:
+        grey: (H, W) reference view, prefiltered.
+        scales: grey scales of the images.
+        stride_px: distance of the pixels that are joined, along a row of the chess-board.
+    """
+    if scales.prefilter_px == 0:
+        return 1.0
+    rows, columns = np.ogrid[: grey.shape[0], : grey.shape[1]]
+    joined = ((rows + columns) % stride_px == 0).astype(np.float32)
+    kept = power = 0.0
+    for axis in (0, 1):
+        slope = cv2.Sobel(grey, cv2.CV_32F, axis, 1 - axis, ksize=1) * joined
+        soft = cv2.GaussianBlur(slope, (0, 0), scales.prefilter_px)
+        kept += cv2.norm(soft, cv2.NORM_L2SQR)
+        power += cv2.norm(slope, cv2.NORM_L2SQR)
+    if power == 0:
+        return 1.0
+    return kept / power * (scales.noise / scales.smoothed_noise) ** 2
+
+
+def _cauchy_shares(noise: float) -> tuple[float, float]:
+    """Shares of the noise power in the scatter of a line's views and in its step.
+
+    Cauchy weights by the difference to the reference, which is noisy itself, favour views that
+    happen to lie near it: expected values over Gaussian noise of a view and of the reference.
+
+    Args:
+        noise: grey noise, in Cauchy scales.
+    """
+    each = np.linspace(-4, 4, 81)
+    likely = np.exp(-0.5 * each**2)
+    difference = each[:, None] - each  # of a view (rows) to the reference (columns)
+    weight = 1 / (1 + (difference * noise) ** 2)
+    total = likely @ weight
+    apart = difference - (likely @ (weight * difference)) / total
+    in_scatter = (likely @ (weight * apart**2)) @ likely
+    in_step = (likely @ (weight**2 * apart**2)) @ likely
+    return float(in_scatter / (total @ likely)), float(in_step / (total @ likely))

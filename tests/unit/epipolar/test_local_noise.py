@@ -1,0 +1,53 @@
+import cv2
+import numpy as np
+import pytest
+
+from rig.epipolar.line import fit_lines
+from rig.epipolar.local_noise import line_precision, pooled_share
+from rig.epipolar.scales import Scales
+
+X_STEPS, Y_STEPS = np.arange(-4.0, 5.0), np.zeros(9)
+SHAPE, TRUE_SLOPE_PX = (120, 160), 0.4
+
+
+def wave(columns: np.ndarray) -> np.ndarray:
+    return 120 + 60 * np.sin(0.6 * columns)
+
+
+@pytest.mark.parametrize("doubt", [60.0, 6.0])
+def test_precision_follows_the_noise_of_the_place(doubt: float) -> None:
+    rng = np.random.default_rng(5)
+    columns = np.arange(SHAPE[1], dtype=float)
+    noise = np.where(columns < SHAPE[1] // 2, 3.2, 6.0)
+    views = np.stack([np.tile(wave(columns + TRUE_SLOPE_PX * x), (SHAPE[0], 1)) for x in X_STEPS])
+    images = (views + noise * rng.standard_normal(views.shape)).astype(np.float32)
+    start = np.full(SHAPE, TRUE_SLOPE_PX, np.float32)
+    open_to_all = np.zeros(images.shape, np.bool_)
+    lines = fit_lines(images, X_STEPS, Y_STEPS, 4, start, open_to_all, doubt, 0.0, 1.0)
+    scales = Scales(noise=4.0, texture=(doubt - 4.0) / 0.035)
+    assert scales.doubt == pytest.approx(doubt)
+    scores = (lines.slope_px - TRUE_SLOPE_PX) * np.sqrt(line_precision(lines, scales))
+    for half in (slice(8, 72), slice(88, 152)):
+        steep = np.abs(np.cos(0.6 * columns[half])) > 0.7
+        spread = 1.4826 * np.median(np.abs(scores[:, half][:, steep]))
+        assert 0.75 < spread < 1.25
+
+
+def test_a_prefilter_leaves_as_much_noise_in_a_sum_as_told() -> None:
+    rng = np.random.default_rng(6)
+    scales = Scales(noise=5.0, texture=8.0)
+    assert scales.prefilter_px > 0.7
+    texture = cv2.GaussianBlur(rng.standard_normal((64, 64)), (0, 0), 1.5).astype(np.float32)
+    slope = cv2.Sobel(texture, cv2.CV_32F, 1, 0, ksize=1)
+    rows, columns = np.indices(texture.shape)
+    slope[(rows + columns) % 2 > 0] = 0
+    sums = []
+    for _ in range(300):
+        noise = 5.0 * rng.standard_normal(texture.shape)
+        sums.append((slope * cv2.GaussianBlur(noise, (0, 0), scales.prefilter_px)).sum())
+    independent = scales.smoothed_noise**2 * (slope**2).sum()
+    assert pooled_share(texture, scales, 2) == pytest.approx(np.var(sums) / independent, rel=0.25)
+
+
+def test_without_a_prefilter_lines_are_independent() -> None:
+    assert pooled_share(np.zeros((8, 8), np.float32), Scales(noise=0.1, texture=8.0), 2) == 1.0
