@@ -22,7 +22,7 @@ rig = OakRig(("camera.rate_hz=100",))
 states = []
 for number in range(int(sys.argv[1])):
     with rig.camera() as camera:
-        camera.grab(2.0)
+        camera.grab(10.0)
     states.append(state())
 print(*states[19], *states[-1])  # the allocator settles during the first openings
 """
@@ -38,14 +38,14 @@ how = sys.argv[1]
 fault = SensorFaults(raises_after=3) if how == "node" else SensorFaults()
 camera = OakRig((), {"left": fault}).camera()
 if how == "left open":
-    camera.__enter__().grab(2.0)
+    camera.__enter__().grab(10.0)
     sys.exit(7)
 with camera:
-    camera.grab(2.0)
+    camera.grab(10.0)
     if how == "exit":
         sys.exit(7)
     while True:
-        camera.grab(1.0)
+        camera.grab(10.0)
 """
 
 FLOOD = """
@@ -148,7 +148,7 @@ def test_frames_as_fast_as_they_can_be_sent_never_lock_reader_and_senders():
 @pytest.mark.slow
 def test_ctrl_c_while_frames_flow_ends_as_an_interruption():
     process = subprocess.Popen(
-        [sys.executable, "-c", DIES.replace("camera.grab(2.0)", "print(flush=True)"), "interrupt"],
+        [sys.executable, "-c", DIES.replace("camera.grab(10.0)", "print(flush=True)"), "interrupt"],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
