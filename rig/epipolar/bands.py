@@ -8,6 +8,9 @@ may be entered by several callers at once and costs no compile time.
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
 from itertools import pairwise
+from typing import TypeVar, cast
+
+Result = TypeVar("Result")
 
 THREADS = 2
 _pool = ThreadPoolExecutor(THREADS - 1, thread_name_prefix="slopes")
@@ -24,3 +27,14 @@ def run_in_bands(work: Callable[[int, int], None], count: int) -> None:
         wait(futures)  # whatever happens, nothing of this call runs on
     for future in futures:
         future.result()
+
+
+def run_side_by_side(*works: Callable[[], Result]) -> list[Result]:
+    """Call each, on two threads, and return what they returned in their order."""
+    results: list[Result | None] = [None] * len(works)
+
+    def work(start: int, stop: int) -> None:
+        results[start:stop] = [one() for one in works[start:stop]]
+
+    run_in_bands(work, len(works))
+    return cast("list[Result]", results)

@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.bands import run_in_bands, run_side_by_side
 from rig.epipolar.line import MISFIT_LIMIT, UNSEEN, LineFits
 from rig.epipolar.rank import highest, lowest, mean
 from rig.epipolar.views import Label, SlopeMap
@@ -41,22 +42,37 @@ def judge(
     its surroundings with the sigma of a blind guess, unless the nearest evidence is over
     `_FILL_REACH_PX` away: then it has no answer.
     """
-    blind_px = range_px / np.sqrt(12.0)
-    kept_px = np.float32(_START_ERROR * step_px) * _held_back(lines)
-    side_px = _other_side(slope_px, step_px)
-    total = np.maximum(misfit, np.float32(1)) * variance + kept_px**2 + side_px**2
-    sigma = np.minimum(np.sqrt(total), blind_px).astype(np.float32)
-    evident = sigma < 0.25 * blind_px
-    sigma[_contradicted(lines.misfit)] = blind_px
-    away = cv2.distanceTransform((~evident).astype(np.uint8), cv2.DIST_L2, 3)
-    if not evident.any():
+    start_px, blind_px = np.float32(_START_ERROR * step_px), np.float32(range_px / 12**0.5)
+    kept, side_px, contradicted = run_side_by_side(
+        lambda: _held_back(lines),
+        lambda: _other_side(slope_px, step_px),
+        lambda: _contradicted(lines.misfit),
+    )
+    sigma, unclear = np.empty_like(slope_px), np.empty(slope_px.shape, np.bool_)
+
+    def weigh(start: int, stop: int) -> None:
+        r = slice(start, stop)
+        total = np.maximum(misfit[r], np.float32(1)) * variance[r]
+        total += (start_px * kept[r]) ** 2 + side_px[r] ** 2
+        np.minimum(np.sqrt(total), blind_px, out=sigma[r])
+        np.greater_equal(sigma[r], np.float32(0.25) * blind_px, out=unclear[r])
+        np.copyto(sigma[r], blind_px, where=contradicted[r])
+
+    run_in_bands(weigh, len(sigma))
+    away = cv2.distanceTransform(unclear.view(np.uint8), cv2.DIST_L2, 3)
+    if unclear.all():
         away[:] = np.inf
-    none = (away > _FILL_REACH_PX) | (lines.sight == UNSEEN)
-    label = np.where(slope_px > 0, Label.NEARER, Label.BEYOND).astype(np.uint8)
-    label[hidden] = Label.OCCLUSION
-    label[none] = Label.NONE
-    slope = np.where(none, np.float32(np.nan), slope_px).astype(np.float32)
-    sigma[none] = np.nan
+    slope, label = slope_px.copy(), np.empty(slope_px.shape, np.uint8)
+
+    def tell(start: int, stop: int) -> None:
+        r = slice(start, stop)
+        none = (away[r] > _FILL_REACH_PX) | (lines.sight[r] == UNSEEN)
+        label[r] = np.where(slope[r] > 0, np.uint8(Label.NEARER), np.uint8(Label.BEYOND))
+        label[r][hidden[r]] = Label.OCCLUSION
+        for values, instead in ((label, Label.NONE), (slope, np.nan), (sigma, np.nan)):
+            values[r][none] = instead
+
+    run_in_bands(tell, len(label))
     return SlopeMap(slope, sigma, label, warnings)
 
 
@@ -66,8 +82,8 @@ def _held_back(lines: LineFits) -> NDArray[np.float32]:
     Grey noise makes lines look steeper than they are, so that each step is too short.
     """
     signal, all_of_it = (mean(m, _HOLD_RADIUS_PX) for m in (lines.signal, lines.information))
-    share = np.clip(signal / np.maximum(all_of_it, np.float32(1e-12)), 0, 1)
-    return (1 - share).astype(np.float32)
+    share = signal / np.maximum(all_of_it, np.float32(1e-12))
+    return np.float32(1) - np.minimum(np.maximum(share, np.float32(0)), np.float32(1))
 
 
 def _other_side(slope_px: NDArray[np.float32], step_px: float) -> NDArray[np.float32]:
@@ -78,7 +94,7 @@ def _other_side(slope_px: NDArray[np.float32], step_px: float) -> NDArray[np.flo
     """
     jump = highest(slope_px, _SIDE_RADIUS_PX) - lowest(slope_px, _SIDE_RADIUS_PX)
     error = np.minimum(_SIDE_SHARE * jump, np.float32(_SIDE_LABELS * step_px))
-    return np.where(jump > 1.5 * step_px, error, np.float32(0))
+    return np.where(jump > np.float32(1.5 * step_px), error, np.float32(0))
 
 
 def _contradicted(misfit: NDArray[np.float32]) -> NDArray[np.bool_]:
@@ -87,8 +103,8 @@ def _contradicted(misfit: NDArray[np.float32]) -> NDArray[np.bool_]:
     Where a good share of a region, or of the whole picture, is contradicted, the rest of it agrees
     by chance.
     """
-    spot = mean(misfit, _SPOT_RADIUS_PX) > _CONTRADICTION
-    if spot.mean() > _REGION_SHARE:
+    spot = mean(misfit, _SPOT_RADIUS_PX) > np.float32(_CONTRADICTION)
+    if np.count_nonzero(spot) > _REGION_SHARE * spot.size:
         return np.ones_like(spot)
     region = mean(spot.astype(np.float32), _REGION_RADIUS_PX) > _REGION_SHARE
     return spot | region

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
+from rig.epipolar.gains import Gains, fit_gains, middle
 from rig.epipolar.rank import mean
-from rig.epipolar.sampling import sample_view
+from rig.epipolar.sampling import sample_views
 from rig.epipolar.scales import Scales
 from rig.epipolar.search import search, wide_share
 from rig.epipolar.shrink import shrink
@@ -20,7 +21,6 @@ from rig.epipolar.window import Cameras, Window
 
 _SHRINK = 4
 _MIN_SIDE_PX = 48
-_ROUNDS = 4
 _PAIRS, _FEWEST_PAIRS = 2000, 100
 _FEW_UNKNOWN = 0.3
 _CLIPPED = 0.97
@@ -49,30 +49,27 @@ def equalise(
         scales = Scales(noise=0.1 * float(np.std(small[cameras.reference])) + 1e-6, texture=0.0)
         slope = search(small, cameras, small_window, scales)
     else:
-        first = [(1.0, 0.0)] * len(images)
+        first = Gains.none(len(images))
         small = small.astype(np.float32)
         slope = small_window.expected_px
     soft = np.stack([mean(image, 1) for image in small])  # what sampling would smooth is gone
-    clips = [gain * clip + offset for gain, offset in first]
-    second, agreement = _match_pairs(soft, cameras, slope, clips)
-    both = [(g * h, g * p + q) for (h, p), (g, q) in zip(first, second, strict=True)]
-    return _apply(images, both), agreement
+    second, agreement = _match_pairs(soft, cameras, slope, first.of(clip))
+    return _apply(images, second.after(first)), agreement
 
 
-def _apply(images: Image, gains_offsets: list[tuple[float, float]]) -> NDArray[np.float32]:
+def _apply(images: Image, gains: Gains) -> NDArray[np.float32]:
     equal = np.empty(images.shape, np.float32)
 
     def work(start: int, stop: int) -> None:
         for i in range(start, stop):
-            gain, offset = gains_offsets[i]
-            np.multiply(images[i], np.float32(gain), out=equal[i], dtype=np.float32)
-            equal[i] += np.float32(offset)
+            np.multiply(images[i], np.float32(gains.gain[i]), out=equal[i], dtype=np.float32)
+            equal[i] += np.float32(gains.offset[i])
 
     run_in_bands(work, len(images))
     return equal
 
 
-def _match_quantiles(images: Image, reference: int, clip: float) -> list[tuple[float, float]]:
+def _match_quantiles(images: Image, reference: int, clip: float) -> Gains:
     """First gain and offset of each view: the same share of pixels is darker than a quantile.
 
     Quantiles that are clipped in any view do not count, as long as two are left.
@@ -83,7 +80,8 @@ def _match_quantiles(images: Image, reference: int, clip: float) -> list[tuple[f
     spread = samples[:, (_QUANTILES * (samples.shape[1] - 1)).astype(int)]
     clear = (spread < _CLIPPED * clip).all(axis=0)
     clear |= np.count_nonzero(clear) < 2
-    return [_gain_offset(quantiles[clear], spread[reference][clear]) for quantiles in spread]
+    spread = spread[:, clear]
+    return fit_gains(spread, spread[reference], np.ones(spread.shape, np.bool_))
 
 
 def _stride(height: int, width: int) -> int:
@@ -94,8 +92,8 @@ def _match_pairs(
     images: NDArray[np.float32],
     cameras: Cameras,
     slope_px: NDArray[np.float32],
-    clips: list[float],
-) -> tuple[list[tuple[float, float]], NDArray[np.float64]]:
+    clips: NDArray[np.float64],
+) -> tuple[Gains, NDArray[np.float64]]:
     """Gain and offset of each view from pixels that show the same point as the reference.
 
     Pairs with a member near the grey value where its view is clipped say nothing.
@@ -104,47 +102,20 @@ def _match_pairs(
     stride = _stride(height, width)
     grid = np.mgrid[stride // 2 : height : stride, stride // 2 : width : stride]
     rows, columns = grid.reshape(2, -1)
-    target = images[cameras.reference, rows, columns]
-    slopes = slope_px[rows, columns]
-    found = [(1.0, 0.0)] * len(images)
-    agreement = np.ones(len(images))
-    for i, image in enumerate(images):
-        if i == cameras.reference:
-            continue
-        step = float(cameras.x_steps[i]), float(cameras.y_steps[i])
-        seen, grey = sample_view(image, *step, rows, columns, slopes)
-        useful = (
-            seen & (target < _CLIPPED * clips[cameras.reference]) & (grey < _CLIPPED * clips[i])
-        )
-        if np.count_nonzero(useful) >= _FEWEST_PAIRS:
-            x, y = grey[useful], target[useful]
-            gain, offset = found[i] = _gain_offset(x, y)
-            unrelated = _middle(np.abs(y - np.roll(y, len(y) // 2)))
-            agreement[i] = 1.0 - _middle(np.abs(y - gain * x - offset)) / (unrelated + 1e-9)
+    seen, grey = sample_views(
+        images, cameras.x_steps, cameras.y_steps, rows, columns, slope_px[rows, columns]
+    )
+    target = grey[cameras.reference]
+    useful = seen & (grey < _CLIPPED * clips[:, None])
+    useful &= useful[cameras.reference]
+    told = np.count_nonzero(useful, axis=1) >= _FEWEST_PAIRS
+    told[cameras.reference] = False
+    found, agreement = Gains.none(len(images)), np.ones(len(images))
+    if told.any():
+        x, useful = grey[told], useful[told]
+        gains = fit_gains(x, target, useful)
+        found.gain[told], found.offset[told] = gains.gain, gains.offset
+        misfit = middle(np.abs(gains.misfit(x, target)), useful)
+        unrelated = middle(np.abs(target - np.roll(target, len(target) // 2))[None], useful)
+        agreement[told] = 1.0 - misfit / (unrelated + 1e-9)
     return found, agreement
-
-
-def _gain_offset(grey: NDArray[np.floating], target: NDArray[np.floating]) -> tuple[float, float]:
-    """Robust line target = gain * grey + offset; symmetric, so that noise does not flatten it."""
-    x, y = grey.astype(np.float64), target.astype(np.float64)
-    gain, offset = 1.0, _middle(y) - _middle(x)
-    smallest = 1e-3 * float(np.std(y)) + 1e-9
-    for _ in range(_ROUNDS):
-        misfit = y - gain * x - offset
-        scale = 1.5 * _middle(np.abs(misfit)) + smallest
-        weight = 1.0 / (1.0 + (misfit / scale) ** 2)
-        weight /= weight.sum()
-        mean_x, mean_y = float((weight * x).sum()), float((weight * y).sum())
-        var_x = float((weight * (x - mean_x) ** 2).sum())
-        var_y = float((weight * (y - mean_y) ** 2).sum())
-        if var_x <= 0 or var_y <= 0:
-            return 1.0, mean_y - mean_x
-        gain = float(np.sqrt(var_y / var_x))
-        offset = mean_y - gain * mean_x
-    return gain, offset
-
-
-def _middle(values: NDArray[np.floating]) -> float:
-    """Median; of the middle two of an even number, the larger."""
-    half = len(values) // 2
-    return float(np.partition(values, half)[half])

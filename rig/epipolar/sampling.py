@@ -28,30 +28,37 @@ def pad(images: NDArray[np.float32]) -> NDArray[np.float32]:
     return padded.reshape(views, -1)
 
 
-def sample_view(
-    image: NDArray[np.float32],
-    x_step: float,
-    y_step: float,
+def sample_views(
+    images: NDArray[np.float32],
+    x_steps: NDArray[np.float64],
+    y_steps: NDArray[np.float64],
     rows: NDArray[np.int64],
     columns: NDArray[np.int64],
     slope_px: NDArray[np.float32],
 ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
-    """Whether one view shows the reference pixels (rows, columns), and with which grey value, (N,).
+    """Whether each view shows some reference pixels, and with which grey values, both (V, N).
 
     Args:
-        image: (H, W).
-        x_step: column of the view, view steps.
-        y_step: row of the view, view steps.
+        images: (V, H, W).
+        x_steps: (V,) view columns, view steps.
+        y_steps: (V,) view rows, view steps.
         rows: (N,) rows in the reference view.
         columns: (N,) columns in the reference view.
         slope_px: (N,) slope of each of them.
     """
-    height, width = image.shape
-    grey, tilt, seen = np.empty((3, len(rows)), np.float32)
-    sample_points(
-        pad(image[None])[0], height, width, columns.astype(np.float32), rows.astype(np.float32),
-        slope_px, np.float32(x_step), np.float32(y_step), grey, tilt, seen,
-    )  # fmt: skip
+    views, height, width = images.shape
+    padded = pad(images)
+    xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
+    u, v = columns.astype(np.float32), rows.astype(np.float32)
+    grey, tilt, seen = np.empty((3, views, len(rows)), np.float32)
+
+    def work(start: int, stop: int) -> None:
+        for i in range(start, stop):
+            sample_points(
+                padded[i], height, width, u, v, slope_px, xs[i], ys[i], grey[i], tilt[i], seen[i]
+            )
+
+    run_in_bands(work, views)
     return seen > 0, grey
 
 

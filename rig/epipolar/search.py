@@ -16,7 +16,7 @@ from rig.epipolar.halves import HALVES, assign_halves
 from rig.epipolar.median import guided_median, near_jumps
 from rig.epipolar.narrow import narrow_costs
 from rig.epipolar.rank import median_of_nine
-from rig.epipolar.sampling import sample_view
+from rig.epipolar.sampling import sample_views
 from rig.epipolar.scales import Scales, measure_scales
 from rig.epipolar.shrink import grow, shrink
 from rig.epipolar.sweep import sweep_costs
@@ -140,14 +140,13 @@ def _misfit(
 ) -> NDArray[np.float32]:
     """Mean grey difference of the best half that sees each pixel of a list, (N,)."""
     half = assign_halves(cameras.x_steps, cameras.y_steps)
-    centre = images[cameras.reference, rows, columns]
+    seen, grey = sample_views(images, cameras.x_steps, cameras.y_steps, rows, columns, slope_px)
+    difference = np.where(seen, np.abs(grey - grey[cameras.reference]), np.float32(0))
     total = np.zeros((HALVES, len(rows)), np.float32)
     count = np.zeros((HALVES, len(rows)), np.float32)
     for i in np.flatnonzero(half >= 0):
-        step = float(cameras.x_steps[i]), float(cameras.y_steps[i])
-        seen, grey = sample_view(images[i], *step, rows, columns, slope_px)
-        total[half[i]] += np.where(seen, np.abs(grey - centre), np.float32(0))
-        count[half[i]] += seen
+        total[half[i]] += difference[i]
+        count[half[i]] += seen[i]
     unseen = np.full_like(total, np.inf)
     return np.divide(total, count, out=unseen, where=count > 0).min(axis=0)
 

@@ -27,8 +27,15 @@ def behind_jumps(
     The grey edge of the nearer surface moves with that surface, but its blur reaches into the
     first pixel of the farther one and would tell that pixel the wrong slope with much confidence.
     """
-    nearest = highest(slope_px, 1)
-    return np.where(nearest > slope_px + jump_px, _BEHIND_SHARE * information, information)
+    nearest, left = highest(slope_px, 1), np.empty_like(information)
+
+    def work(start: int, stop: int) -> None:
+        r = slice(start, stop)
+        behind = nearest[r] > slope_px[r] + np.float32(jump_px)
+        left[r] = np.where(behind, _BEHIND_SHARE * information[r], information[r])
+
+    run_in_bands(work, len(left))
+    return left
 
 
 def stitch(

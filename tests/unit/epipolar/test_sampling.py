@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from rig.epipolar.sampling import pad, sample_points, sample_view
+from rig.epipolar.sampling import pad, sample_points, sample_views
 
 
 def wave(columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -17,8 +17,10 @@ def sample_everywhere(
 ) -> tuple[np.ndarray, np.ndarray]:
     rows, columns = (index.astype(np.int64).ravel() for index in (ROWS, COLUMNS))
     slope = np.full(rows.shape, slope_px, np.float32)
-    seen, grey = sample_view(IMAGE, x_step, y_step, rows, columns, slope)
-    return seen.reshape(IMAGE.shape), grey.reshape(IMAGE.shape)
+    steps = np.array([0.0, x_step]), np.array([0.0, y_step])
+    seen, grey = sample_views(np.stack([IMAGE, IMAGE]), *steps, rows, columns, slope)
+    assert np.array_equal(grey[0], IMAGE.ravel())
+    return seen[1].reshape(IMAGE.shape), grey[1].reshape(IMAGE.shape)
 
 
 @pytest.mark.parametrize(("x_step", "y_step"), [(1.3, 0.0), (0.0, -0.7), (0.8, 1.1)])
