@@ -5,6 +5,7 @@ whatever the split, which keeps results bit-identical; and, unlike numba's own t
 may be entered by several callers at once and costs no compile time.
 """
 
+import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
 from itertools import pairwise
@@ -13,20 +14,35 @@ from typing import TypeVar, cast
 Result = TypeVar("Result")
 
 THREADS = 2
+_here = threading.local()
 _pool = ThreadPoolExecutor(THREADS - 1, thread_name_prefix="slopes")
 
 
 def run_in_bands(work: Callable[[int, int], None], count: int) -> None:
-    """Call `work(start, stop)` for bands that cover `range(count)`, and wait for all."""
+    """Call `work(start, stop)` for bands that cover `range(count)`, and wait for all.
+
+    Work that itself asks for bands gets one: both threads are busy, and would wait for each other.
+    """
+    if getattr(_here, "is_working", False):
+        work(0, count)
+        return
     edges = [count * i // THREADS for i in range(THREADS + 1)]
     first, *others = pairwise(edges)
-    futures = [_pool.submit(work, *band) for band in others]
+    futures = [_pool.submit(_work, work, *band) for band in others]
     try:
-        work(*first)
+        _work(work, *first)
     finally:
         wait(futures)  # whatever happens, nothing of this call runs on
     for future in futures:
         future.result()
+
+
+def _work(work: Callable[[int, int], None], start: int, stop: int) -> None:
+    _here.is_working = True
+    try:
+        work(start, stop)
+    finally:
+        _here.is_working = False
 
 
 def run_side_by_side(*works: Callable[[], Result]) -> list[Result]:

@@ -47,23 +47,29 @@ def fit_gains(
         target: (N,) grey values of the reference.
         useful: (V, N) pairs that count, at least one for every view.
     """
-    x, y = grey.astype(np.float64), np.broadcast_to(target.astype(np.float64), grey.shape)
-    gains = Gains(np.ones(len(x)), middle(y, useful) - middle(x, useful))
-    smallest = 1e-3 * np.std(y, axis=1, where=useful) + 1e-9
+    y = target.astype(np.float64)
+    centre = float(np.median(y))
+    x, y = grey.astype(np.float64) - centre, y - centre  # moments near zero keep their digits
+    xx, yy, counts = x * x, y * y, useful.astype(np.float64)
+    every = np.ones_like(y)
+    number, sum_y, sum_yy = (counts @ moment for moment in (every, y, yy))
+    spread = np.sqrt(np.maximum(sum_yy / number - (sum_y / number) ** 2, 0))
+    smallest = 1e-3 * spread + 1e-9
+    gain = np.ones(len(x))
+    offset = middle(y[None], useful) - middle(x, useful)
     for _ in range(_ROUNDS):
-        misfit = gains.misfit(x, y)
-        scale = 1.5 * middle(np.abs(misfit), useful) + smallest
-        weight = useful / (1.0 + (misfit / scale[:, None]) ** 2)
-        weight /= weight.sum(axis=1, keepdims=True)
-        mean_x, mean_y = (weight * x).sum(axis=1), (weight * y).sum(axis=1)
-        var_x = (weight * (x - mean_x[:, None]) ** 2).sum(axis=1)
-        var_y = (weight * (y - mean_y[:, None]) ** 2).sum(axis=1)
-        varied = (var_x > 0) & (var_y > 0)
+        square = Gains(gain, offset).misfit(x, y) ** 2
+        scale = (1.5 * np.sqrt(middle(square, useful)) + smallest) ** 2
+        weight = counts / (scale[:, None] + square)
+        total = weight.sum(axis=1)
+        mean_y, power_y = weight @ y / total, weight @ yy / total
+        mean_x, power_x = (np.einsum("ij,ij->i", weight, moment) / total for moment in (x, xx))
+        var_x, var_y = power_x - mean_x**2, power_y - mean_y**2
         gain = np.ones(len(x))
-        np.divide(var_y, var_x, out=gain, where=varied)
+        np.divide(var_y, var_x, out=gain, where=(var_x > 0) & (var_y > 0))
         gain = np.sqrt(gain)
-        gains = Gains(gain, mean_y - gain * mean_x)
-    return gains
+        offset = mean_y - gain * mean_x
+    return Gains(gain, offset + centre - gain * centre)
 
 
 def middle(values: NDArray[np.floating], useful: NDArray[np.bool_]) -> Float:

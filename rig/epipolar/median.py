@@ -6,13 +6,15 @@ time weighted median filtering for stereo matching and beyond" (ICCV 2013). Only
 a surface the filter would flatten what is tilted.
 """
 
+from typing import cast
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
 from rig.epipolar.kernel import kernel
-from rig.epipolar.rank import highest, lowest
+from rig.epipolar.rank import highest, jumps, lowest
 
 _BLOCK = 128
 _HALVINGS = 5
@@ -20,11 +22,10 @@ _HALVINGS = 5
 
 def near_jumps(slope_px: NDArray[np.float32], jump_px: float, radius_px: int) -> NDArray[np.bool_]:
     """Pixels within `radius_px` of a place where neighbouring slopes differ by over `jump_px`."""
-    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-    spread = cv2.morphologyEx(slope_px, cv2.MORPH_GRADIENT, cross)
     size = 2 * radius_px + 1
     reach = np.ones((size, size), np.uint8)
-    return cv2.dilate((spread > jump_px).astype(np.uint8), reach).astype(bool)
+    near = cv2.dilate(jumps(slope_px, jump_px).view(np.uint8), reach)
+    return cast("NDArray[np.uint8]", near).view(np.bool_)
 
 
 def guided_median(

@@ -24,6 +24,13 @@ def median_of_nine(values: Map) -> Map:
     return cast("Map", cv2.medianBlur(values, 3))
 
 
+def jumps(values: Map, over: float) -> NDArray[np.bool_]:
+    """Whether a value and those beside, above and below it differ by more than `over`, (H, W)."""
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    spread = cast("Map", cv2.morphologyEx(values, cv2.MORPH_GRADIENT, cross))
+    return spread > np.float32(over)
+
+
 def mean(values: Map, radius_px: int) -> Map:
     """Mean over a square window, (H, W)."""
     size = 2 * radius_px + 1

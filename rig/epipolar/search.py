@@ -123,7 +123,13 @@ def _search_few(
     """Search scattered pixels in small images; take what clearly fits better than expected."""
     rows, columns = np.divmod(np.flatnonzero(wide), wide.shape[1])
     expected = window.expected_px[rows, columns]
-    found = _search_coarse(images, cameras, window, _FEW_SHRINK)[rows, columns]
+    small = _search_small(images, cameras, window, _FEW_SHRINK)
+    height, width = small.shape
+    blocks = np.minimum(rows // _FEW_SHRINK, height - 1) * width
+    blocks += np.minimum(columns // _FEW_SHRINK, width - 1)
+    found = np.clip(
+        small.ravel()[blocks], window.low_px[rows, columns], window.high_px[rows, columns]
+    )
     both = np.concatenate([expected, found])
     old, new = np.split(_misfit(images, cameras, np.tile(rows, 2), np.tile(columns, 2), both), 2)
     slope = window.expected_px.copy()
@@ -154,7 +160,15 @@ def _misfit(
 def _search_coarse(
     images: NDArray[np.float32], cameras: Cameras, window: Window, factor: int
 ) -> NDArray[np.float32]:
-    """Exhaustive search of smaller images; slopes shrink with the pixels."""
+    """Exhaustive search of smaller images, at full size."""
+    small = _search_small(images, cameras, window, factor)
+    return window.hold(grow(small, factor, window.low_px.shape))
+
+
+def _search_small(
+    images: NDArray[np.float32], cameras: Cameras, window: Window, factor: int
+) -> NDArray[np.float32]:
+    """Exhaustive search of smaller images; slopes, which shrink with pixels, are of full size."""
     small = shrink(images, factor)
     scales = measure_scales(small, cameras.reference)
     slope = _search_all(small, cameras, window.shrunk(factor), scales)
@@ -165,7 +179,7 @@ def _search_coarse(
         radius_px=_COARSE_MEDIAN_RADIUS_PX,
         grey_scale=2.0 * scales.likeness,
     )
-    return window.hold(grow(np.float32(factor) * slope, factor, window.low_px.shape))
+    return np.float32(factor) * slope
 
 
 def _jump_penalties(
