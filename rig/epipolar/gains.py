@@ -24,9 +24,9 @@ class Gains:
         """Return those of views that are alike already."""
         return cls(np.ones(views), np.zeros(views))
 
-    def of(self, grey: float) -> Float:
-        """One grey value of every view, on the scale of the reference, (V,)."""
-        return self.gain * grey + self.offset
+    def of(self, level: float) -> Float:
+        """One grey level of every view, on the scale of the reference, (V,)."""
+        return self.gain * level + self.offset
 
     def after(self, first: "Gains") -> "Gains":
         """Return what applying others first and then these comes to."""

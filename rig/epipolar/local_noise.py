@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.bands import run_in_bands, run_side_by_side
 from rig.epipolar.line import LineFits
 from rig.epipolar.rank import mean
 from rig.epipolar.scales import Scales
@@ -24,13 +25,24 @@ _LOWEST = 0.5
 
 def line_precision(lines: LineFits, scales: Scales) -> NDArray[np.float32]:
     """Precision of each pixel's own line, 1 / (px per view step)^2, (H, W)."""
-    each = max(float(np.median(lines.freedom)), 1.0)
+    each = max(float(np.median(lines.freedom[::4, ::4])), 1.0)
     radius_px = min(int(np.ceil(0.5 * ((_ENOUGH / each) ** 0.5 - 1))), _LARGEST_RADIUS_PX)
-    scatter, freedom = mean(lines.scatter, radius_px), mean(lines.freedom, radius_px)
+    scatter, freedom = run_side_by_side(
+        lambda: mean(lines.scatter, radius_px), lambda: mean(lines.freedom, radius_px)
+    )
     in_scatter, in_step = _cauchy_shares(scales.smoothed_noise / scales.doubt)
     lowest = _LOWEST * in_scatter * scales.smoothed_noise**2
-    power = np.maximum(scatter / np.maximum(freedom, np.float32(1e-3)), np.float32(lowest))
-    return (lines.information / power * np.float32(in_scatter / in_step)).astype(np.float32)
+    precision = np.empty_like(scatter)
+
+    def work(start: int, stop: int) -> None:
+        r = slice(start, stop)
+        power = scatter[r] / np.maximum(freedom[r], np.float32(1e-3))
+        np.maximum(power, np.float32(lowest), out=power)
+        np.divide(lines.information[r], power, out=power)
+        np.multiply(power, np.float32(in_scatter / in_step), out=precision[r])
+
+    run_in_bands(work, len(precision))
+    return precision
 
 
 def pooled_share(grey: NDArray[np.float32], scales: Scales, stride_px: int) -> float:
@@ -49,12 +61,14 @@ def pooled_share(grey: NDArray[np.float32], scales: Scales, stride_px: int) -> f
         return 1.0
     rows, columns = np.ogrid[: grey.shape[0], : grey.shape[1]]
     joined = ((rows + columns) % stride_px == 0).astype(np.float32)
-    kept = power = 0.0
-    for axis in (0, 1):
+
+    def powers(axis: int) -> tuple[float, float]:
         slope = cv2.Sobel(grey, cv2.CV_32F, axis, 1 - axis, ksize=1) * joined
         soft = cv2.GaussianBlur(slope, (0, 0), scales.prefilter_px)
-        kept += cv2.norm(soft, cv2.NORM_L2SQR)
-        power += cv2.norm(slope, cv2.NORM_L2SQR)
+        return cv2.norm(soft, cv2.NORM_L2SQR), cv2.norm(slope, cv2.NORM_L2SQR)
+
+    one, other = run_side_by_side(lambda: powers(0), lambda: powers(1))
+    kept, power = one[0] + other[0], one[1] + other[1]
     if power == 0:
         return 1.0
     return kept / power * (scales.noise / scales.smoothed_noise) ** 2

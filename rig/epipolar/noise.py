@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
 from rig.epipolar.kernel import kernel
+from rig.epipolar.rank import quantile
 
 _BLOCK_PX = 16
 QUIET_SHARE = 0.1
@@ -44,7 +45,7 @@ class Blocks:
         """White noise of the quietest of them, 1 sigma; 0 without any."""
         if not len(self.noise):
             return 0.0
-        return float(np.quantile(self.noise, QUIET_SHARE)) / _QUIET_RATIO
+        return quantile(self.noise, QUIET_SHARE) / _QUIET_RATIO
 
 
 def blocks_of(image: NDArray[np.float32]) -> Blocks:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
 from rig.epipolar.noise import QUIET_SHARE, Blocks, blocks_of_all
+from rig.epipolar.rank import quantile
 from rig.errors import SlopeError
 
 Float = NDArray[np.float64]
@@ -137,7 +138,7 @@ def _quiet_by_grey(found: Sequence[Blocks]) -> tuple[Float, Float]:
 
 def _quietest(blocks: Blocks) -> tuple[float, float]:
     """Grey value and noise of the quietest blocks of about one grey value."""
-    quiet = blocks.noise <= np.quantile(blocks.noise, QUIET_SHARE)
+    quiet = blocks.noise <= quantile(blocks.noise, QUIET_SHARE)
     return float(blocks.grey[quiet].mean()), blocks.quiet_noise
 
 

@@ -37,5 +37,14 @@ def mean(values: Map, radius_px: int) -> Map:
     return cast("Map", cv2.blur(values, (size, size)))
 
 
+def quantile(values: NDArray[np.floating], share: float) -> float:
+    """Value that a share of a short list (N,) lies below; between two ranks in proportion.
+
+    What `numpy.quantile` says, in a fraction of the time.
+    """
+    place = share * (len(values) - 1)
+    return float(np.interp(place, np.arange(len(values)), np.sort(values)))
+
+
 def _square(radius_px: int) -> NDArray[np.uint8]:
     return np.ones((2 * radius_px + 1, 2 * radius_px + 1), np.uint8)

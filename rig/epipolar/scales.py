@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rig.epipolar.noise import blocks_of_all
 from rig.epipolar.noise_model import NoiseModel, estimate_noise
+from rig.epipolar.rank import quantile
 
 _PREFILTER_FROM_RATIO = 0.1
 """Noise over texture below which smoothing loses more than it gains."""
@@ -111,7 +112,8 @@ def stabilise(
         known: noise as measured; None to estimate it from the images.
     """
     model = known or estimate_noise(_some(images), grey_step)
-    dark, middle, bright = np.quantile(images[reference, ::8, ::8], (0.05, 0.5, 0.95)).tolist()
+    sample = images[reference, ::8, ::8].ravel()
+    dark, middle, bright = (quantile(sample, share) for share in (0.05, 0.5, 0.95))
     if model.is_white(dark, bright):
         least = model.sigma_levels(middle)
     else:
