@@ -22,6 +22,9 @@ _LARGEST_RADIUS_PX = 4
 _LOWEST = 0.5
 """Share of the power in the whole picture below which a place is quiet by chance."""
 
+_STRIP_PX, _STRIP_EVERY_PX = 32, 96
+"""Height and distance of the strips that stand for a whole picture."""
+
 
 def line_precision(lines: LineFits, scales: Scales) -> NDArray[np.float32]:
     """Precision of each pixel's own line, 1 / (px per view step)^2, (H, W)."""
@@ -59,16 +62,16 @@ def pooled_share(grey: NDArray[np.float32], scales: Scales, stride_px: int) -> f
     """
     if scales.prefilter_px == 0:
         return 1.0
-    rows, columns = np.ogrid[: grey.shape[0], : grey.shape[1]]
+    strips = [grey[v : v + _STRIP_PX] for v in range(0, len(grey), _STRIP_EVERY_PX)]
+    rows, columns = np.ogrid[:_STRIP_PX, : grey.shape[1]]
     joined = ((rows + columns) % stride_px == 0).astype(np.float32)
-
-    def powers(axis: int) -> tuple[float, float]:
-        slope = cv2.Sobel(grey, cv2.CV_32F, axis, 1 - axis, ksize=1) * joined
-        soft = cv2.GaussianBlur(slope, (0, 0), scales.prefilter_px)
-        return cv2.norm(soft, cv2.NORM_L2SQR), cv2.norm(slope, cv2.NORM_L2SQR)
-
-    one, other = run_side_by_side(lambda: powers(0), lambda: powers(1))
-    kept, power = one[0] + other[0], one[1] + other[1]
+    kept = power = 0.0
+    for strip in strips:
+        for axis in (0, 1):
+            slope = cv2.Sobel(strip, cv2.CV_32F, axis, 1 - axis, ksize=1) * joined[: len(strip)]
+            soft = cv2.GaussianBlur(slope, (0, 0), scales.prefilter_px)
+            kept += cv2.norm(soft, cv2.NORM_L2SQR)
+            power += cv2.norm(slope, cv2.NORM_L2SQR)
     if power == 0:
         return 1.0
     return kept / power * (scales.noise / scales.smoothed_noise) ** 2

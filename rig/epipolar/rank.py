@@ -24,11 +24,11 @@ def median_of_nine(values: Map) -> Map:
     return cast("Map", cv2.medianBlur(values, 3))
 
 
-def jumps(values: Map, over: float) -> NDArray[np.bool_]:
-    """Whether a value and those beside, above and below it differ by more than `over`, (H, W)."""
+def jumps(values: Map, over_px: float) -> NDArray[np.bool_]:
+    """Whether a value and those beside, above and below it differ by more than this, (H, W)."""
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
     spread = cast("Map", cv2.morphologyEx(values, cv2.MORPH_GRADIENT, cross))
-    return spread > np.float32(over)
+    return spread > np.float32(over_px)
 
 
 def mean(values: Map, radius_px: int) -> Map:

@@ -124,7 +124,7 @@ def stabilise(
 
 
 def _some(images: NDArray[np.float32]) -> list[NDArray[np.float32]]:
-    return list(images[:: max(1, len(images) // _NOISE_VIEWS)])
+    return list(images[:: -(-len(images) // _NOISE_VIEWS)])
 
 
 def _scales_of(grey: NDArray[np.float32], noise: float) -> Scales:

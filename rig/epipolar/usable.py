@@ -10,11 +10,12 @@ _STRANGE, _FAMILIAR = 0.4, 0.5
 """A view is left out where it agrees with the reference less than this share of what the best view
 reaches, if that reaches the second number."""
 _SATURATED_SHARE = 0.02
+_SAMPLE_PX = 6
 
 
 def saturation_grey(images: Image) -> float:
     """Grey value at which pixels are clipped; infinite where hardly any are."""
-    sample = np.ascontiguousarray(images[:, ::4, ::4])
+    sample = np.ascontiguousarray(images[:, ::_SAMPLE_PX, ::_SAMPLE_PX])
     top = sample.max()
     return float(top) if float((sample == top).mean()) > 0.1 * _SATURATED_SHARE else float("inf")
 
@@ -29,7 +30,7 @@ def seen_views(views: RectifiedViews) -> tuple[RectifiedViews, tuple[str, ...]]:
     if images.dtype == np.float32 and not np.isfinite(images).all():
         raise SlopeError("found values that are not finite in the images; give finite grey values")
     warnings: tuple[str, ...] = ()
-    sample = np.ascontiguousarray(images[:, ::4, ::4])
+    sample = np.ascontiguousarray(images[:, ::_SAMPLE_PX, ::_SAMPLE_PX])
     spread = sample.std(axis=(1, 2))
     clipped = np.count_nonzero(sample >= saturation_grey(images)) / sample.size
     if clipped > _SATURATED_SHARE and spread[views.reference] > 0:
