@@ -10,7 +10,7 @@ _STRANGE, _FAMILIAR = 0.4, 0.5
 """A view is left out where it agrees with the reference less than this share of what the best view
 reaches, if that reaches the second number."""
 _SATURATED_SHARE = 0.02
-_SAMPLE_PX = 6
+_SAMPLE_PX = 5
 
 
 def saturation_grey(images: Image) -> float:
