@@ -11,7 +11,7 @@ from rig.capture.frozen import frozen_views
 from rig.curve import Curve
 from rig.depth import DepthMap, depth_from_slopes
 from rig.devices import Camera
-from rig.epipolar import SlopeMap, SlopePrior, estimate_slopes
+from rig.epipolar import Placement, SlopeMap, SlopePrior, estimate_slopes
 from rig.epipolar.usable import moving_views
 from rig.frames import MultiView
 from rig.rectified import Rectifier
@@ -64,6 +64,9 @@ def run_capture(
     searched, all of the range where they are contradicted or unknown. A scene that jumps is right
     again in the second multi-view after it.
 
+    Views that the first multi-view shows off the places that they are told to have are taken where
+    they are from then on, with a warning.
+
     A view that repeats its last picture while others change is left out, with a warning.
 
     Skewed multi-views are dropped and counted: a moving scene seen at different times gives
@@ -76,6 +79,7 @@ def run_capture(
     profile = rectifier.profile
     index = 0
     hypothesis: SlopePrior | None = None
+    placement: Placement | None = None
     last: MultiView | None = None
     for multiview in camera.stream():
         begun_s = time.perf_counter()
@@ -83,10 +87,14 @@ def run_capture(
             tally.skewed += 1
             continue
         views = rectifier.views([frame.image for frame in multiview.frames])
+        if placement is not None:
+            views = views.placed(placement)
         views, warnings = moving_views(views, frozen_views(last, multiview))
         last = multiview
         slopes = rectifier.answered(estimate_slopes(views, profile.slopes.range_px, hypothesis))
         slopes = replace(slopes, warnings=warnings + slopes.warnings)
+        if slopes.placement is not None and len(slopes.placement.steps) == len(multiview.frames):
+            placement = slopes.placement
         hypothesis = SlopePrior(slopes.slope_px, np.maximum(slopes.sigma_px, _MOTION_PX))
         depth = None
         if curve is not None:

@@ -2,6 +2,15 @@
 
 from rig.epipolar.estimate import estimate_slopes
 from rig.epipolar.noise_model import NoiseModel
+from rig.epipolar.placement import Placement
 from rig.epipolar.views import Label, RectifiedViews, SlopeMap, SlopePrior
 
-__all__ = ["Label", "NoiseModel", "RectifiedViews", "SlopeMap", "SlopePrior", "estimate_slopes"]
+__all__ = [
+    "Label",
+    "NoiseModel",
+    "Placement",
+    "RectifiedViews",
+    "SlopeMap",
+    "SlopePrior",
+    "estimate_slopes",
+]

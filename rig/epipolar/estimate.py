@@ -1,5 +1,7 @@
 """The dense slope estimator: from rectified views to slope, sigma and label of every pixel."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,8 @@ from rig.epipolar.median import guided_median, near_jumps
 from rig.epipolar.noise_model import NoiseModel
 from rig.epipolar.occlusion import hidden_points
 from rig.epipolar.photometry import equalise
+from rig.epipolar.placement import Placement, on_their_lines
+from rig.epipolar.placement_fit import find_placement
 from rig.epipolar.scales import Scales, stabilise
 from rig.epipolar.search import Effort, effort_of, search
 from rig.epipolar.sides import choose_sides
@@ -46,7 +50,8 @@ def estimate_slopes(
     Half-cost plane sweep, semi-global aggregation, guided median and choice of sides at slope
     edges, one Gauss-Newton step per line, locally linear stitching; each module names its source.
     Every grey scale comes from the noise, as measured or as the images show it, and from texture;
-    where noise grows with light, from the noise of each pixel's own grey value.
+    where noise grows with light, from the noise of each pixel's own grey value. Errors of the
+    places that the views are told to have are looked for where there is no hypothesis everywhere.
 
     Args:
         views: two or more rectified views.
@@ -71,6 +76,8 @@ def estimate_slopes(
     cameras = _cameras(views)
     grey_step = 0.0 if views.images.dtype == np.float32 else 1.0
     images, scales = stabilise(images, views.reference, grey_step, noise or views.noise)
+    if views.beside_px is not None:
+        images = on_their_lines(images, views.beside_px)
     _smooth(images, scales.prefilter_px)
     effort = effort_of(cameras, window)
     slope = search(images, cameras, window, scales)
@@ -91,13 +98,29 @@ def estimate_slopes(
     )
     lines, (stitched, variance, misfit) = _refine(images, slope, covered, cameras, scales)
     slope = window.hold(stitched)
+    placement = None
+    if effort is not Effort.FOLLOWED:
+        placement = find_placement(images, slope, covered, cameras, scales.smoothed_noise)
+    if placement is not None and placement.misplaced.any():
+        warnings += placement.warnings(views.x_steps, views.y_steps)
+        images, cameras = on_their_lines(images, placement.beside_px), _moved(cameras, placement)
+        lines, (stitched, variance, misfit) = _refine(images, slope, covered, cameras, scales)
+        slope = window.hold(stitched)
+    else:
+        placement = None
     range_px = slope_range_px[1] - slope_range_px[0]
     variance *= np.float32(pooled_share(images[views.reference], scales, _STITCH_STRIDE_PX))
-    return judge(slope, variance, misfit, lines, hidden, cameras.step_px, range_px, warnings)
+    found = judge(slope, variance, misfit, lines, hidden, cameras.step_px, range_px, warnings)
+    return replace(found, placement=placement)
 
 
 def _cameras(views: RectifiedViews) -> Cameras:
     return Cameras(views.x_steps, views.y_steps, views.reference)
+
+
+def _moved(cameras: Cameras, placement: Placement) -> Cameras:
+    x_steps = cameras.x_steps + placement.steps[:, 0]
+    return Cameras(x_steps, cameras.y_steps + placement.steps[:, 1], cameras.reference)
 
 
 def _settle_edges(

@@ -97,6 +97,7 @@ def keep(views: RectifiedViews, kept: NDArray[np.bool_]) -> RectifiedViews:
         views.y_steps[kept],
         int(kept[: views.reference].sum()),
         views.noise,
+        None if views.beside_px is None else views.beside_px[kept],
     )
 
 

@@ -1,13 +1,14 @@
 """What goes into the slope estimator and what comes out."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.noise_model import NoiseModel
+from rig.epipolar.placement import Placement
 from rig.errors import SlopeError
 
 Float = NDArray[np.float64]
@@ -47,6 +48,9 @@ class RectifiedViews:
     """Noise of the grey values of the reference camera, as measured; None for what the images show
     themselves. Resampled pictures need it: resampling takes the fine part of the noise away, by
     which it is told, and leaves the rest."""
+    beside_px: Float | None = None
+    """(V, 2) by how much each picture is known to lie right of and below its lines; None for none:
+    rectified pictures lie on them."""
 
     def __post_init__(self) -> None:
         images = np.asarray(self.images)
@@ -72,6 +76,13 @@ class RectifiedViews:
                 f"the reference view lies at ({x[self.reference]}, {y[self.reference]}) view "
                 "steps; positions are counted from it, so it must be at (0, 0)"
             )
+        if self.beside_px is not None and (
+            self.beside_px.shape != (count, 2) or not np.isfinite(self.beside_px).all()
+        ):
+            raise SlopeError(
+                f"found displacements {self.beside_px.shape} of {count} pictures; give two finite "
+                "numbers of px for each"
+            )
         if float(np.hypot(x, y).max()) < 1e-6:
             raise SlopeError("all views lie at one position; slopes need a baseline")
         object.__setattr__(self, "images", np.ascontiguousarray(images))
@@ -96,11 +107,22 @@ class RectifiedViews:
             (2, N) pixels of that picture.
         """
         step = np.array([self.x_steps[view], self.y_steps[view]])[:, None]
-        return pixels - slope_px * step + beside_px
+        known_px = 0.0 if self.beside_px is None else self.beside_px[view][:, None]
+        return pixels - slope_px * step + beside_px + known_px
 
     def common_px(self, xy_px: Mapping[int, Float]) -> dict[int, Float]:
         """Points (..., 2) of pictures, by view, in the common frame: for these views, the same."""
         return dict(xy_px)
+
+    def placed(self, placement: Placement) -> "RectifiedViews":
+        """Return these views at the places that were found, for the next estimate."""
+        known_px = 0.0 if self.beside_px is None else self.beside_px
+        return replace(
+            self,
+            x_steps=self.x_steps + placement.steps[:, 0],
+            y_steps=self.y_steps + placement.steps[:, 1],
+            beside_px=known_px + placement.beside_px,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,3 +147,6 @@ class SlopeMap:
     """(H, W), values of `Label`."""
     warnings: tuple[str, ...] = field(default=())
     """What was left out and why, e.g. a view that is black."""
+    placement: Placement | None = None
+    """Errors of the places that views were told to have, taken out of the slopes; None where no
+    error is sure, or none was looked for (around a hypothesis)."""
