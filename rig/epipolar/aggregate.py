@@ -4,6 +4,7 @@ H. Hirschmuller, "Stereo processing by semiglobal matching and mutual informatio
 30(2), 2008; the penalty for a jump falls where the reference view has an edge.
 """
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +12,8 @@ from rig.epipolar.bands import run_in_bands
 from rig.epipolar.kernel import kernel
 
 _LARGE = np.int16(8000)
+_ROWS = 256
+"""Rows that are turned at a time: enough for long loops, few enough not to fill the memory."""
 
 
 def aggregate(
@@ -37,7 +40,6 @@ def aggregate(
     return total
 
 
-@kernel()
 def _along_rows(
     costs: NDArray[np.uint8],
     jump: NDArray[np.int16],
@@ -46,66 +48,20 @@ def _along_rows(
     stop: int,
     total: NDArray[np.int16],
 ) -> None:
+    """Fill rows of `total`, by way of columns: paths side by side vectorise, labels hardly do."""
     _, labels, width = costs.shape
-    cost = np.empty((width, labels), np.int16)
-    path_sum = np.empty((width, labels), np.int16)
-    path = np.full((2, labels + 2), _LARGE, np.int16)
-    for v in range(start, stop):
+    count = min(_ROWS, stop - start)
+    cost, path_sum = (np.empty((width, labels, count), kind) for kind in (np.uint8, np.int16))
+    for next_first in range(start, stop, count):
+        first = min(next_first, stop - count)  # the last rows overlap those before
+        rows = slice(first, first + count)
         for label in range(labels):
-            source = costs[v, label]
-            for u in range(width):
-                cost[u, label] = source[u]
-        path[0, 1 : labels + 1] = np.int16(0)
-        lowest = np.int16(0)
-        for u in range(width):
-            lowest = _advance(
-                path[u % 2], lowest, cost[u], jump[v, u], step, path[(u + 1) % 2], path_sum[u], True
-            )
-        path[0, 1 : labels + 1] = np.int16(0)
-        lowest = np.int16(0)
-        for k in range(width):
-            u = width - 1 - k
-            penalty = jump[v, u + 1] if k > 0 else np.int16(0)
-            lowest = _advance(
-                path[k % 2], lowest, cost[u], penalty, step, path[(k + 1) % 2], path_sum[u], False
-            )
+            cv2.transpose(costs[rows, label], dst=cost[:, label])
+        edge = np.ascontiguousarray(jump[rows].T)
+        path_sum[:] = 0
+        _along_columns(cost, edge, step, 0, count, path_sum)
         for label in range(labels):
-            target = total[v, label]
-            for u in range(width):
-                target[u] = path_sum[u, label]
-
-
-@kernel()
-def _advance(
-    before: NDArray[np.int16],
-    lowest: np.int16,
-    cost: NDArray[np.int16],
-    jump: np.int16,
-    step: np.int16,
-    after: NDArray[np.int16],
-    path_sum: NDArray[np.int16],
-    first: bool,
-) -> np.int16:
-    """One pixel of one path, all labels; returns the lowest path cost."""
-    labels = len(cost)
-    middle, down, up = before[1 : labels + 1], before[0:labels], before[2 : labels + 2]
-    inner = after[1 : labels + 1]
-    far = np.int16(lowest + jump)
-    smallest = _LARGE
-    for label in range(labels):
-        near = min(up[label], down[label])
-        near = np.int16(near + step)
-        best = min(near, middle[label])
-        best = min(far, best)
-        value = np.int16(np.int16(cost[label] + best) - lowest)
-        inner[label] = value
-        smallest = min(smallest, value)
-    if first:
-        path_sum[:] = inner
-    else:
-        for label in range(labels):
-            path_sum[label] = np.int16(path_sum[label] + inner[label])
-    return smallest
+            cv2.transpose(path_sum[:, label], dst=total[rows, label])
 
 
 @kernel()
@@ -117,6 +73,7 @@ def _along_columns(
     stop: int,
     total: NDArray[np.int16],
 ) -> None:
+    """Add the paths along columns `start` to `stop`, both ways."""
     height, labels, _ = costs.shape
     width = stop - start
     path = np.empty((2, labels + 2, width), np.int16)

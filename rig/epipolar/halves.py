@@ -33,15 +33,31 @@ def assign_halves(x_steps: NDArray[np.float64], y_steps: NDArray[np.float64]) ->
 
 
 @kernel()
+def shares_of(counts: NDArray[np.float32], unseen: NDArray[np.float32]) -> None:
+    """Turn how many views of each half (4, W) see a pixel into the share of each.
+
+    Fills `unseen` (4, W): the cost of a half that does not see it, 0 where it does.
+    """
+    for h in range(HALVES):
+        count, none = counts[h], unseen[h]
+        for u in range(len(count)):
+            none[u] = np.float32(0) if count[u] > 0 else _UNSEEN
+            count[u] = np.float32(1) / max(count[u], np.float32(1))
+
+
+@kernel()
 def mean_of_three(
-    sums: NDArray[np.float32], counts: NDArray[np.float32], out: NDArray[np.float32]
+    sums: NDArray[np.float32],
+    shares: NDArray[np.float32],
+    unseen: NDArray[np.float32],
+    out: NDArray[np.float32],
 ) -> None:
-    """Mean difference of each half (4, W) from sums and counts, added over three columns."""
+    """Mean difference of each half (4, W) from sums and `shares_of`, added over three columns."""
     width = sums.shape[1]
     for h in range(HALVES):
-        total, count, row = sums[h], counts[h], out[h]
+        total, share, none, row = sums[h], shares[h], unseen[h], out[h]
         for u in range(width):
-            total[u] = total[u] / count[u] if count[u] > 0 else _UNSEEN
+            total[u] = total[u] * share[u] + none[u]
         inner, left, right = row[1 : width - 1], total[: width - 2], total[2:]
         middle = total[1 : width - 1]
         for u in range(width - 2):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
-from rig.epipolar.halves import HALVES, assign_halves, join_halves, mean_of_three
+from rig.epipolar.halves import HALVES, assign_halves, join_halves, mean_of_three, shares_of
 from rig.epipolar.kernel import kernel
 from rig.epipolar.sampling import pad, sample_points
 
@@ -77,6 +77,7 @@ def _narrow(
 ) -> None:
     height, width = grey.shape
     columns, here, slope = lines[0], lines[1], lines[2]
+    unseen = np.empty((HALVES, width), np.float32)
     for v in range(max(start - 1, 0), stop + 1):
         if v < height:
             for u in range(width):
@@ -96,7 +97,8 @@ def _narrow(
                         grey[v], lines[3], lines[5], truncation, sums[0, half[i]],
                         sums[1, half[i]],
                     )  # fmt: skip
-            mean_of_three(sums[0], sums[1], rows[v % 3])
+            shares_of(sums[1], unseen)
+            mean_of_three(sums[0], sums[1], unseen, rows[v % 3])
         if v > start:
             above, below = rows[max(v - 2, 0) % 3], rows[min(v, height - 1) % 3]
             join_halves(above, rows[(v - 1) % 3], below, truncation, costs[v - 1])

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
-from rig.epipolar.halves import HALVES, assign_halves, join_halves, mean_of_three
+from rig.epipolar.halves import HALVES, assign_halves, join_halves, mean_of_three, shares_of
 from rig.epipolar.kernel import kernel
 
 
@@ -65,17 +65,25 @@ def _sweep(
     costs: NDArray[np.uint8],
 ) -> None:
     height, width = images.shape[1], images.shape[2]
-    sums = np.empty((HALVES, width), np.float32)
-    counts = np.empty((HALVES, width), np.float32)
+    sums, shares, unseen = (
+        np.empty((HALVES, width), np.float32),
+        np.empty((HALVES, width), np.float32),
+        np.empty((HALVES, width), np.float32),
+    )
     blend = np.empty(width, np.float32)
     rows = np.empty((3, HALVES, width), np.float32)
     for label in range(start, stop):
+        slope = labels[label]
         for v in range(height + 1):
             if v < height:
-                _half_costs(
-                    images, x_steps, y_steps, half, order, images[reference, v], v, labels[label],
-                    truncation, blend, sums, counts, rows[v % 3],
+                if v == 0 or _views_change(height, y_steps, order, v, slope):
+                    _count_views(height, x_steps, y_steps, half, order, v, slope, shares)
+                    shares_of(shares, unseen)
+                _half_sums(
+                    images, x_steps, y_steps, half, order, images[reference, v], v, slope,
+                    truncation, blend, sums,
                 )  # fmt: skip
+                mean_of_three(sums, shares, unseen, rows[v % 3])
             if v > 0:
                 above = rows[max(v - 2, 0) % 3]
                 below = rows[min(v, height - 1) % 3]
@@ -83,7 +91,55 @@ def _sweep(
 
 
 @kernel()
-def _half_costs(
+def _views_change(
+    height: int, y_steps: NDArray[np.float32], order: NDArray[np.int32], v: int, slope: np.float32
+) -> bool:
+    """Whether another choice of views shows row v than the row above it."""
+    change = False
+    for k in range(len(order)):
+        shift = -slope * y_steps[order[k]]
+        change |= _shows_row(height, v, shift) != _shows_row(height, v - 1, shift)
+    return change
+
+
+@kernel()
+def _shows_row(height: int, v: int, shift: np.float32) -> bool:
+    """Whether a picture holds all rows that a row moved by `shift` is blended from."""
+    whole = int(np.floor(shift))
+    return (v + whole >= 0) & (v + whole + (shift > whole) <= height - 1)
+
+
+@kernel()
+def _columns(width: int, shift: np.float32) -> tuple[int, int]:
+    """First column, and one past the last, that a picture shows of a row moved by `shift`."""
+    whole = int(np.floor(shift))
+    return max(0, -whole), min(width, width - whole - (1 if shift > whole else 0))
+
+
+@kernel()
+def _count_views(
+    height: int,
+    x_steps: NDArray[np.float32],
+    y_steps: NDArray[np.float32],
+    half: NDArray[np.int32],
+    order: NDArray[np.int32],
+    v: int,
+    slope: np.float32,
+    counts: NDArray[np.float32],
+) -> None:
+    """Fill in how many views of each half (4, W) show the pixels of row v."""
+    counts[:] = np.float32(0)
+    for k in range(len(order)):
+        view = order[k]
+        if _shows_row(height, v, -slope * y_steps[view]):
+            first, last = _columns(counts.shape[1], -slope * x_steps[view])
+            count = counts[half[view]]
+            for u in range(first, last):
+                count[u] += np.float32(1)
+
+
+@kernel()
+def _half_sums(
     images: NDArray[np.float32],
     x_steps: NDArray[np.float32],
     y_steps: NDArray[np.float32],
@@ -95,44 +151,39 @@ def _half_costs(
     truncation: np.float32,
     blend: NDArray[np.float32],
     sums: NDArray[np.float32],
-    counts: NDArray[np.float32],
-    out: NDArray[np.float32],
 ) -> None:
-    """Fill `out` (4, W): mean truncated difference of each half, summed over three columns."""
+    """Fill `sums` (4, W): truncated differences of the views of each half, added."""
     height, width = images.shape[1], images.shape[2]
-    for h in range(HALVES):
-        for u in range(width):
-            sums[h, u] = np.float32(0)
-            counts[h, u] = np.float32(0)
+    sums[:] = np.float32(0)
     for k in range(len(order)):
         view = order[k]
-        h = half[view]
-        shift_x = -slope * x_steps[view]
-        shift_y = -slope * y_steps[view]
-        ix = int(np.floor(shift_x))
-        iy = int(np.floor(shift_y))
-        fx = np.float32(shift_x - ix)
-        fy = np.float32(shift_y - iy)
-        step_x = 1 if fx > 0 else 0
-        step_y = 1 if fy > 0 else 0
-        first = max(0, -ix)
-        last = min(width, width - ix - step_x)
-        if v + iy < 0 or v + iy + step_y > height - 1 or last <= first:
+        shift_x, shift_y = -slope * x_steps[view], -slope * y_steps[view]
+        first, last = _columns(width, shift_x)
+        if last <= first or not _shows_row(height, v, shift_y):
             continue
+        ix, iy = int(np.floor(shift_x)), int(np.floor(shift_y))
+        fx, fy = np.float32(shift_x - ix), np.float32(shift_y - iy)
         n = last - first
         line = images[view, v + iy]
-        if step_y == 1:
-            lower = images[view, v + iy + 1]
-            for u in range(width):
-                blend[u] = line[u] + fy * (lower[u] - line[u])
-            line = blend
         a = line[first + ix : first + ix + n]
-        b = line[first + ix + step_x : first + ix + step_x + n]
         c = centre[first:last]
-        total = sums[h, first:last]
-        count = counts[h, first:last]
+        total = sums[half[view], first:last]
+        if fx == 0 and fy == 0:
+            for u in range(n):
+                total[u] += min(truncation, abs(a[u] - c[u]))
+            continue
+        share = fx
+        if fy > 0:
+            lower = images[view, v + iy + 1]
+            b = lower[first + ix : first + ix + n]
+            share = fy
+            if fx > 0:
+                for u in range(width):
+                    blend[u] = line[u] + fy * (lower[u] - line[u])
+                line, share = blend, fx
+                a = line[first + ix : first + ix + n]
+        if fx > 0:
+            b = line[first + ix + 1 : first + ix + 1 + n]
         for u in range(n):
-            d = abs(a[u] + fx * (b[u] - a[u]) - c[u])
+            d = abs(a[u] + share * (b[u] - a[u]) - c[u])
             total[u] += min(truncation, d)
-            count[u] += np.float32(1)
-    mean_of_three(sums, counts, out)
