@@ -13,6 +13,7 @@ import numpy as np
 from benchmarks.slopes.dino import dino_folder, load_dino
 from benchmarks.slopes.first_use import first_use
 from benchmarks.slopes.plane import measure_plane
+from benchmarks.slopes.ripple import Estimate, measure_ripple
 from benchmarks.slopes.scenes import (
     CHOSEN_ON,
     LAYOUTS,
@@ -87,6 +88,15 @@ def planes() -> None:
             f"{name:28} sub-pixel rms {e.subpixel_rms_px:.4f}  bias {e.bias_px:+.4f}  "
             f"ripple {e.ripple_px:.4f} px"
         )
+    ways: dict[str, Estimate] = {"rig": lambda *given: estimate_slopes(*given).slope_px}
+    ways |= {m.name: m.run for m in FILLED}
+    for name, estimate in ways.items():
+        for noise in (0.0, 2.0):
+            r = measure_ripple(estimate, noise)
+            print(
+                f"waves, noise {noise:g}, {name:16} bias {r.bias_px:+.4f}  "
+                f"ripple {r.largest_px:.4f} px, {r.doubt_px:.4f} of it by chance"
+            )
 
 
 def main(parts: list[str]) -> None:

@@ -10,7 +10,7 @@ from rig.epipolar.bands import run_in_bands
 from rig.epipolar.confidence import judge
 from rig.epipolar.cross_check import fill_unshared, is_one_sided
 from rig.epipolar.line import LineFits, fit_lines
-from rig.epipolar.local_noise import line_precision, pooled_share
+from rig.epipolar.local_noise import line_precision, locking, pooled_share, reply_share
 from rig.epipolar.median import guided_median, near_jumps
 from rig.epipolar.noise_model import NoiseModel
 from rig.epipolar.occlusion import hidden_points
@@ -23,7 +23,7 @@ from rig.epipolar.sides import choose_sides
 from rig.epipolar.stitch import behind_jumps, stitch
 from rig.epipolar.usable import keep, seen_views, strange_views
 from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
-from rig.epipolar.window import Cameras, window_of
+from rig.epipolar.window import LABEL_SHIFT_PX, Cameras, window_of
 
 Stitched = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
 """Slope, its variance, and how far its neighbours scatter beyond theirs; all (H, W)."""
@@ -34,6 +34,8 @@ _MEDIAN_ROUNDS = {Effort.FOLLOWED: 1, Effort.COARSE: 1, Effort.FULL: 2}
 _JUMP_LABELS = 3.0
 """A pixel whose window is narrower than this cannot change to the other side of a jump."""
 _STITCH_RADIUS_PX, _STITCH_STRIDE_PX = 6, 2
+_FAR_START_PX = 0.5 * LABEL_SHIFT_PX
+"""Error of slopes found at half size, as a shift in the outermost view."""
 _COVERED_LABELS = 1.5
 """Difference of slope, labels, from which a nearer surface covers what is behind it."""
 
@@ -88,15 +90,21 @@ def estimate_slopes(
     slope = _settle_edges(slope, grey, movable, cameras, scales, _MEDIAN_ROUNDS[effort])
     slope = window.hold(slope)
     if effort is Effort.COARSE:
-        # One step reaches about a label: a start at half size may be farther away.
+        # A start at half size may be farther away than one step reaches, and its error follows the
+        # fraction of a pixel: nothing of it may stay.
         nowhere = np.zeros(images.shape, np.bool_)
-        _, (stitched, _, _) = _refine(images, slope, nowhere, cameras, scales)
+        far = replace(scales, start_error_px=_FAR_START_PX)
+        lines = _fit(images, slope, nowhere, cameras, far)
+        move_px = (lines.slope_px - slope) / np.float32(reply_share(lines, far))
+        lines = replace(lines, slope_px=slope + move_px)
+        stitched, _, _ = _stitch(slope, lines, grey, cameras, far)
         slope = window.hold(stitched)
     slope = window.hold(choose_sides(images, slope, movable, cameras, scales))
     covered, hidden = hidden_points(
         slope, views.x_steps, views.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px
     )
-    lines, (stitched, variance, misfit) = _refine(images, slope, covered, cameras, scales)
+    lines = _fit(images, slope, covered, cameras, scales)
+    stitched, variance, misfit = _stitch(slope, lines, grey, cameras, scales)
     slope = window.hold(stitched)
     placement = None
     if effort is not Effort.FOLLOWED:
@@ -104,12 +112,13 @@ def estimate_slopes(
     if placement is not None and placement.misplaced.any():
         warnings += placement.warnings(views.x_steps, views.y_steps)
         images, cameras = on_their_lines(images, placement.beside_px), _moved(cameras, placement)
-        lines, (stitched, variance, misfit) = _refine(images, slope, covered, cameras, scales)
+        lines = _fit(images, slope, covered, cameras, scales)
+        stitched, variance, misfit = _stitch(slope, lines, grey, cameras, scales)
         slope = window.hold(stitched)
     else:
         placement = None
     range_px = slope_range_px[1] - slope_range_px[0]
-    variance *= np.float32(pooled_share(images[views.reference], scales, _STITCH_STRIDE_PX))
+    variance *= np.float32(pooled_share(grey, scales, _STITCH_STRIDE_PX))
     found = judge(slope, variance, misfit, lines, hidden, cameras.step_px, range_px, warnings)
     return replace(found, placement=placement)
 
@@ -143,20 +152,18 @@ def _settle_edges(
     return slope_px
 
 
-def _refine(
+def _fit(
     images: NDArray[np.float32],
     slope_px: NDArray[np.float32],
     covered: NDArray[np.bool_],
     cameras: Cameras,
     scales: Scales,
-) -> tuple[LineFits, Stitched]:
-    """Move every pixel's line one step to its optimum, and join the optima of neighbours."""
-    x_steps, y_steps, reference = cameras.x_steps, cameras.y_steps, cameras.reference
-    lines = fit_lines(
-        images, x_steps, y_steps, reference, slope_px, covered, scales.doubt,
-        scales.derivative_variance, cameras.step_px,
+) -> LineFits:
+    """Move every pixel's line one step towards its optimum."""
+    return fit_lines(
+        images, cameras.x_steps, cameras.y_steps, cameras.reference, slope_px, covered,
+        scales.doubt, scales.derivative_variance, locking(scales), cameras.step_px,
     )  # fmt: skip
-    return lines, _stitch(slope_px, lines, images[reference], cameras, scales)
 
 
 def _stitch(

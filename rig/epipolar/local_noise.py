@@ -19,6 +19,8 @@ from rig.epipolar.scales import Scales
 _ENOUGH = 100.0
 """Degrees of freedom to pool: the standard deviation is then known to 7 per cent."""
 _LARGEST_RADIUS_PX = 4
+_LEAST_REPLY = 0.3
+"""Below it a step is more noise than answer, and is not made much longer."""
 _LOWEST = 0.5
 """Share of the power in the whole picture below which a place is quiet by chance."""
 
@@ -33,7 +35,7 @@ def line_precision(lines: LineFits, scales: Scales) -> NDArray[np.float32]:
     scatter, freedom = run_side_by_side(
         lambda: mean(lines.scatter, radius_px), lambda: mean(lines.freedom, radius_px)
     )
-    in_scatter, in_step = _cauchy_shares(scales.smoothed_noise / scales.doubt)
+    in_scatter, in_step, _ = _cauchy_shares(scales)
     lowest = _LOWEST * in_scatter * scales.smoothed_noise**2
     precision = np.empty_like(scatter)
 
@@ -46,6 +48,29 @@ def line_precision(lines: LineFits, scales: Scales) -> NDArray[np.float32]:
 
     run_in_bands(work, len(precision))
     return precision
+
+
+def reply_share(lines: LineFits, scales: Scales) -> float:
+    """Share of the start's error that one step of all lines together mends.
+
+    Noise makes lines look steeper than they are, and Cauchy weights, which fall with the very
+    differences that tell the error, hold each step back.
+    """
+    real, every = (float(part.sum(dtype=np.float64)) for part in (lines.signal, lines.information))
+    if every == 0:
+        return 1.0
+    return max(_cauchy_shares(scales)[2] * real / every, _LEAST_REPLY)
+
+
+def locking(scales: Scales) -> tuple[float, float, float]:
+    """`Scales.locking` as it reaches the steps of lines through their Cauchy weights.
+
+    A covariance passes a function by that function's mean derivative: C. M. Stein, "Estimation of
+    the mean of a multivariate normal distribution" (Annals of Statistics 9, 1981).
+    """
+    in_reply = _cauchy_shares(scales)[2]
+    c1, c3, c5 = scales.locking
+    return c1 * in_reply, c3 * in_reply, c5 * in_reply
 
 
 def pooled_share(grey: NDArray[np.float32], scales: Scales, stride_px: int) -> float:
@@ -77,21 +102,23 @@ def pooled_share(grey: NDArray[np.float32], scales: Scales, stride_px: int) -> f
     return kept / power * (scales.noise / scales.smoothed_noise) ** 2
 
 
-def _cauchy_shares(noise: float) -> tuple[float, float]:
-    """Shares of the noise power in the scatter of a line's views and in its step.
+def _cauchy_shares(scales: Scales) -> tuple[float, float, float]:
+    """Shares of noise power in a line's scatter and in its step, and of an error in that step.
 
     Cauchy weights by the difference to the reference, which is noisy itself, favour views that
     happen to lie near it: expected values over Gaussian noise of a view and of the reference.
-
-    Args:
-        noise: grey noise, in Cauchy scales.
     """
     each = np.linspace(-4, 4, 81)
     likely = np.exp(-0.5 * each**2)
-    difference = each[:, None] - each  # of a view (rows) to the reference (columns)
-    weight = 1 / (1 + (difference * noise) ** 2)
+    # Of a view, sampled between its pixels (rows), to the reference (columns).
+    difference = scales.sampled_share * each[:, None] - each
+    per_scale = scales.smoothed_noise / scales.doubt
+    weight = 1 / (1 + (difference * per_scale) ** 2)
     total = likely @ weight
     apart = difference - (likely @ (weight * difference)) / total
-    in_scatter = (likely @ (weight * apart**2)) @ likely
-    in_step = (likely @ (weight**2 * apart**2)) @ likely
-    return float(in_scatter / (total @ likely)), float(in_step / (total @ likely))
+    answer = weight * (2 * weight - 1)  # derivative of the weighted difference by the difference
+    parts = (weight * apart**2, weight**2 * apart**2, answer)
+    in_scatter, in_step, in_reply = (
+        float((likely @ part) @ likely / (total @ likely)) for part in parts
+    )
+    return in_scatter, in_step, in_reply

@@ -39,7 +39,7 @@ def narrow_costs(
     """
     height, width = centre_px.shape
     costs = np.empty((height, len(offsets_px), width), np.uint8)
-    padded = pad(images)
+    padded = pad(images, x_steps, y_steps)
     half = assign_halves(x_steps, y_steps)
     xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
 

@@ -119,7 +119,8 @@ def _sample(
     )  # fmt: skip
     grey = np.empty((views, len(places), count), np.float32)
     seen = np.ones((views, count), np.bool_)
-    padded, slope = pad(images), slope_px.astype(np.float32)
+    padded = pad(images, cameras.x_steps, cameras.y_steps)
+    slope = slope_px.astype(np.float32)
 
     def work(start: int, stop: int) -> None:
         tilt, inside = np.empty(count, np.float32), np.empty(count, np.float32)

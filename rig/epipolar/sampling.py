@@ -1,8 +1,9 @@
 """Grey values and their derivatives between the pixels of a view, along the epipolar line.
 
-Catmull and Rom, "A class of local interpolating splines" (1974): exact at the pixels, cubic between
-them. The images are padded once, so that no tap needs a border check. Where to look, fetching and
-weighing are loops of their own: only the middle one cannot be vectorised.
+Cubic B-splines (Unser, "Splines: a perfect fit", 1999): exact at the pixels, and between them
+without the bias towards whole pixels of shorter kernels. A view that moves along one axis only is a
+spline along that one. The coefficients are padded, so that no tap needs a border check. Where to
+look, fetching and weighing are loops of their own: only the middle one cannot be vectorised.
 """
 
 import cv2
@@ -11,18 +12,31 @@ from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
 from rig.epipolar.kernel import kernel
+from rig.epipolar.spline import INVERSE
 
 _PAD = 2
+_AS_IT_IS = np.ones(1)
 
 
-def pad(images: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Repeat the border pixels of (V, H, W) images, and flatten each: (V, (H + 4) * (W + 4))."""
+def pad(
+    images: NDArray[np.float32], x_steps: NDArray[np.float64], y_steps: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Return the spline coefficients of (V, H, W) images, (V, (H + 4) * (W + 4)).
+
+    Along the axes only that each view moves along, the row for one that does not move; mirrored at
+    the border.
+    """
     views, height, width = images.shape
     padded = np.empty((views, height + 2 * _PAD, width + 2 * _PAD), np.float32)
 
     def work(start: int, stop: int) -> None:
-        for image, target in zip(images[start:stop], padded[start:stop], strict=True):
-            cv2.copyMakeBorder(image, _PAD, _PAD, _PAD, _PAD, cv2.BORDER_REPLICATE, dst=target)
+        for i in range(start, stop):
+            down = INVERSE if y_steps[i] != 0 else _AS_IT_IS
+            along = INVERSE if x_steps[i] != 0 or y_steps[i] == 0 else _AS_IT_IS
+            spline = cv2.sepFilter2D(
+                images[i], cv2.CV_32F, along, down, borderType=cv2.BORDER_REFLECT_101
+            )
+            cv2.copyMakeBorder(spline, _PAD, _PAD, _PAD, _PAD, cv2.BORDER_REFLECT_101, padded[i])
 
     run_in_bands(work, views)
     return padded.reshape(views, -1)
@@ -47,7 +61,7 @@ def sample_views(
         slope_px: (N,) slope of each of them.
     """
     views, height, width = images.shape
-    padded = pad(images)
+    padded = pad(images, x_steps, y_steps)
     xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
     u, v = columns.astype(np.float32), rows.astype(np.float32)
     grey, tilt, seen = np.empty((3, views, len(rows)), np.float32)
@@ -159,13 +173,14 @@ def _weigh(
     value: NDArray[np.float32],
     tilt: NDArray[np.float32],
 ) -> None:
-    """Cubic through four taps: its value between the middle two, and its derivative."""
+    """Uniform cubic B-spline: its value between the middle two coefficients, and its derivative."""
     before, here, after, beyond = taps[0], taps[1], taps[2], taps[3]
-    half = np.float32(0.5)
+    half, sixth = np.float32(0.5), np.float32(1 / 6)
+    two, three = np.float32(2), np.float32(3)
     for u in range(len(value)):
         a, b, c, d, t = before[u], here[u], after[u], beyond[u], shares[u]
         k1 = half * (c - a)
-        k2 = a - np.float32(2.5) * b + np.float32(2) * c - half * d
-        k3 = half * (d - a) + np.float32(1.5) * (b - c)
-        value[u] = b + t * (k1 + t * (k2 + t * k3))
-        tilt[u] = per_slope * (k1 + t * (np.float32(2) * k2 + np.float32(3) * t * k3))
+        k2 = half * (a + c) - b
+        k3 = sixth * (d - a) + half * (b - c)
+        value[u] = b + sixth * (a - two * b + c) + t * (k1 + t * (k2 + t * k3))
+        tilt[u] = per_slope * (k1 + t * (two * k2 + three * t * k3))

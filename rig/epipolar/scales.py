@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 from rig.epipolar.noise import blocks_of_all
 from rig.epipolar.noise_model import NoiseModel, estimate_noise
 from rig.epipolar.rank import quantile
+from rig.epipolar.spline import INVERSE
 
 _PREFILTER_FROM_RATIO = 0.1
 """Noise over texture below which smoothing loses more than it gains."""
 _SMALLEST_PREFILTER_PX = 0.3
 _NOISE_VIEWS = 3
-# Taps of the Catmull-Rom derivative a share t behind a pixel: value' = k1 + 2 k2 t + 3 k3 t^2.
+_START_ERROR_PX = 0.035
+# Taps of a cubic B-spline a share t behind a pixel, rows of t^0 to t^3; and of its derivative.
 _T = (np.arange(16)[:, None] + 0.5) / 16
-_DERIVATIVES = (
-    np.array([-0.5, 0.0, 0.5, 0.0])
-    + 2 * _T * np.array([1.0, -2.5, 2.0, -0.5])
-    + 3 * _T**2 * np.array([-0.5, 1.5, -1.5, 0.5])
-)
+_CUBIC = np.array([[1.0, 4.0, 1.0, 0.0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
+_VALUES = _CUBIC[0] + _T * _CUBIC[1] + _T**2 * _CUBIC[2] + _T**3 * _CUBIC[3]
+_DERIVATIVES = _CUBIC[1] + 2 * _T * _CUBIC[2] + 3 * _T**2 * _CUBIC[3]
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +32,8 @@ class Scales:
     """White noise, 1 sigma, before the prefilter."""
     texture: float
     """Root mean square difference of neighbouring pixels without its noise part."""
+    start_error_px: float = _START_ERROR_PX
+    """How far the slopes that a line fit starts from are off, as a shift in the views."""
 
     @property
     def prefilter_px(self) -> float:
@@ -53,7 +55,7 @@ class Scales:
     @property
     def doubt(self) -> float:
         """Cauchy scale of the line fit."""
-        return self.noise + 0.035 * self.texture
+        return self.noise + self.start_error_px * self.texture
 
     @property
     def likeness(self) -> float:
@@ -66,14 +68,46 @@ class Scales:
         return self.noise * float((self._prefilter() ** 2).sum())
 
     @property
+    def sampled_share(self) -> float:
+        """Noise of a sample between pixels over that of a pixel, after the prefilter."""
+        along, across = self._spline()
+        power = [(np.convolve(along, taps) ** 2).sum() for taps in _VALUES]
+        return self.noise * (across * float(np.mean(power))) ** 0.5 / self.smoothed_noise
+
+    @property
     def derivative_variance(self) -> float:
         """Variance of the derivative of the grey value along one axis due to noise, per px^2.
 
-        Of the prefiltered image, between its pixels (Catmull-Rom), at a random place.
+        Of the prefiltered image, between its pixels (B-spline), at a random place.
         """
-        along = self._prefilter()
+        along, across = self._spline()
         power = [(np.convolve(along, taps) ** 2).sum() for taps in _DERIVATIVES]
-        return self.noise**2 * float(np.mean(power) * (along**2).sum())
+        return self.noise**2 * across * float(np.mean(power))
+
+    @property
+    def locking(self) -> tuple[float, float, float]:
+        """How noise alone correlates the grey value between pixels with its own derivative.
+
+        A sample between pixels averages more noise away than one on a pixel, so that the variance
+        of the samples falls with the distance to the pixels, and lines feel drawn there. The
+        covariance is half the derivative of that variance: c1 s + c3 s^3 + c5 s^5, where s is the
+        distance to the middle between two pixels; here c1, c3, c5, (grey)^2 / px.
+        """
+        along, across = self._spline()
+        pairs = zip(_VALUES, _DERIVATIVES, strict=True)
+        covariance = [np.convolve(along, v) @ np.convolve(along, d) for v, d in pairs]
+        s = _T - 0.5
+        found = np.linalg.lstsq(np.hstack([s, s**3, s**5]), np.array(covariance), rcond=None)[0]
+        c1, c3, c5 = (self.noise**2 * across * found).tolist()
+        return c1, c3, c5
+
+    def _spline(self) -> tuple[NDArray[np.float64], float]:
+        """Weights of prefilter and spline along one axis; power of the prefilter along the other.
+
+        White noise of variance 1 keeps that much in a sample.
+        """
+        prefilter = self._prefilter()
+        return np.convolve(prefilter, INVERSE), float((prefilter**2).sum())
 
     def _prefilter(self) -> NDArray[np.float64]:
         """Weights of the prefilter along one axis."""

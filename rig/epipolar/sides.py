@@ -48,7 +48,8 @@ def choose_sides(
     near = high - low > np.float32(_JUMP_LABELS * cameras.step_px)
     rows, columns = np.divmod(np.flatnonzero(near & movable), slope_px.shape[1])
     limit = np.float32(_LIMIT * scales.doubt)
-    padded, half = pad(images), assign_halves(cameras.x_steps, cameras.y_steps)
+    padded = pad(images, cameras.x_steps, cameras.y_steps)
+    half = assign_halves(cameras.x_steps, cameras.y_steps)
     x_steps, y_steps = cameras.x_steps.astype(np.float32), cameras.y_steps.astype(np.float32)
     grey = images[cameras.reference]
     sides = np.empty((2, len(rows)), np.float32)

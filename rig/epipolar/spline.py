@@ -13,9 +13,10 @@ from rig.epipolar.kernel import kernel
 Float = NDArray[np.float64]
 Coefficients = NDArray[np.float32]
 
-_POLE = np.sqrt(3.0) - 2.0
 _REACH = 8
-"""Where powers of the pole are cut off: at 3e-5."""
+_POWERS = (np.sqrt(3.0) - 2.0) ** np.abs(np.arange(-_REACH, _REACH + 1))
+INVERSE: Float = _POWERS / _POWERS.sum()
+"""Taps that turn grey values along an axis into coefficients; cut off at 3e-5."""
 
 
 def spline_coefficients(picture: NDArray[np.generic], smooth_px: float) -> Coefficients:
@@ -35,10 +36,9 @@ def spline_coefficients(picture: NDArray[np.generic], smooth_px: float) -> Coeff
 
 
 def _taps(smooth_px: float) -> NDArray[np.float64]:
-    inverse = _POLE ** np.abs(np.arange(-_REACH, _REACH + 1))
     reach = int(np.ceil(5 * smooth_px))
     gauss = np.exp(-0.5 * (np.arange(-reach, reach + 1) / max(smooth_px, 1e-9)) ** 2)
-    taps = np.convolve(inverse, gauss)
+    taps = np.convolve(INVERSE, gauss)
     return taps / taps.sum()
 
 

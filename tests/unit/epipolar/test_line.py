@@ -5,6 +5,7 @@ from rig.epipolar.line import HALF_HIDDEN, SEEN, UNSEEN, LineFits, fit_lines
 X_STEPS, Y_STEPS = np.array([-2.0, -1.0, 0.0, 1.0, 2.0]), np.zeros(5)
 COLUMNS = np.arange(60, dtype=np.float64)
 TRUE_SLOPE_PX = 0.83
+NONE = (0.0, 0.0, 0.0)
 
 
 def wave(columns: np.ndarray) -> np.ndarray:
@@ -22,7 +23,7 @@ def fit(
     start = np.full(images.shape[1:], start_px, np.float32)
     hidden = np.zeros(images.shape, np.bool_)
     hidden[list(covered)] = True
-    return fit_lines(images, X_STEPS, Y_STEPS, 2, start, hidden, scale, 0.0, 0.3)
+    return fit_lines(images, X_STEPS, Y_STEPS, 2, start, hidden, scale, 0.0, NONE, 0.3)
 
 
 def test_one_step_comes_close_to_the_true_slope() -> None:
@@ -63,7 +64,7 @@ def test_no_view_sees_what_falls_outside_all_of_them() -> None:
     start = np.full(images.shape[1:], 30.0, np.float32)
     open_to_all = np.zeros(images.shape, np.bool_)
     lines = fit_lines(
-        images, np.array([0.0, 1.0]), np.zeros(2), 0, start, open_to_all, 20.0, 0.0, 0.3
+        images, np.array([0.0, 1.0]), np.zeros(2), 0, start, open_to_all, 20.0, 0.0, NONE, 0.3
     )
     assert np.all(lines.sight[:, :30] == UNSEEN)
     assert np.all(lines.sight[:, 31:] == SEEN)
