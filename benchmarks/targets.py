@@ -1,4 +1,4 @@
-"""Corners of checkerboards and ChArUco boards: error, time, and time on pictures without a board.
+"""Corners of checkerboards and ChArUco boards: error, sigma, time, also without a board in view.
 
 Beside OpenCV's marker detector on the same pictures. Process time, one thread, median.
 
@@ -24,6 +24,15 @@ Image = NDArray[np.uint8]
 CHARUCO = CharucoBoard(11, 8, 30.0, 22.5, "4X4_50")
 CHECKER = Board(9, 6, 30.0)
 SIZE = (1280, 800)
+MARGINS = ((0.9, 28.0), (0.75, 18.0), (0.9, 45.0), (0.75, 28.0), (0.75, 45.0), (0.6, 45.0))
+"""Side of a marker in squares, and of a square in px."""
+TILTS_DEG = (
+    (10.0, -20.0, 30.0),
+    (-25.0, 15.0, -60.0),
+    (20.0, 25.0, 100.0),
+    (0.0, 30.0, 10.0),
+    (-10.0, -10.0, 200.0),
+)
 
 
 def scene_of(target: Target, random: np.random.Generator) -> BoardScene:
@@ -109,6 +118,49 @@ def measure(target: Target, pictures: int) -> None:
     )
 
 
+def measure_margins() -> None:
+    """Print how honest sigma is where markers come close to the corners."""
+    print("margin, px  blur, px  noise: error px rms, robust std of error / sigma, corners found")
+    for share, side_px in MARGINS:
+        board = CharucoBoard(7, 5, 25.0, 25.0 * share, "4X4_50")
+        for blur_px in (0.6, 1.0, 1.5):
+            for noise in (1.0, 5.0):
+                error, ratio, shown = _at_margin(board, side_px, blur_px, noise)
+                row = f"{(1 - share) / 2 * side_px:10.2f} {blur_px:9.1f} {noise:6.0f}: "
+                if len(error) < shown:
+                    print(row + f"{len(error) // 2} of {shown // 2} corners: markers unreadable")
+                    continue
+                robust = 1.4826 * np.median(np.abs(ratio))
+                print(row + f"{np.sqrt(np.mean(error**2)):.4f}, {robust:.2f}, all")
+
+
+def _at_margin(
+    board: CharucoBoard, side_px: float, blur_px: float, noise: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    errors: list[NDArray[np.float64]] = [np.empty(0)]
+    ratios: list[NDArray[np.float64]] = [np.empty(0)]
+    for index, tilt_deg in enumerate(TILTS_DEG):
+        scene = CharucoScene(
+            width=400,
+            height=340,
+            distance_mm=560.0 * board.square_mm / side_px,
+            tilt_deg=tilt_deg,
+            offset_mm=(0.3 * index, 0.2 * index),
+            blur_px=blur_px,
+            marker_share=board.marker_share,
+        )
+        clean, truth = scene.clean(), scene.corners().reshape(-1, 2)
+        for seed in range(2):
+            image = digitised(clean, noise=noise, rng=np.random.default_rng(seed))
+            found = tried(image, board)
+            if not isinstance(found, str):
+                error = found.xy_px - truth[found.ids]
+                errors.append(error.ravel())
+                ratios.append((error / found.sigma_px[:, None]).ravel())
+    shown = 2 * 2 * len(TILTS_DEG) * board.rows * board.columns
+    return np.concatenate(errors), np.concatenate(ratios), shown
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pictures", type=int, default=30)
@@ -117,6 +169,7 @@ def main() -> None:
     print(f"{SIZE[0]} x {SIZE[1]}, blur 0.7 px, noise 2 grey levels")
     for target in (CHECKER, CHARUCO):
         measure(target, pictures)
+    measure_margins()
     detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50))
     print(f"{'no board, ms':>14} {'checkerboard':>13} {'ChArUco':>8} {'OpenCV markers':>15}")
     for name, image in without_board(np.random.default_rng(1)).items():

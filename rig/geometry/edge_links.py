@@ -7,10 +7,18 @@ from rig.geometry.saddles import Saddles, bilinear
 
 Float = NDArray[np.float64]
 
-_ALONG = np.array([-0.25, 0.2, 0.35, 0.5, 0.65, 0.8, 1.25])
-"""Places on the link, in lengths of it, and beyond its ends."""
-_SIDE = np.array([-1.0, 1.0, 1.0, 1.0, 1.0, 1.0, -1.0])
-"""At a corner the colours change sides; a chance point on the way does not turn them."""
+_PLACES = (
+    (0.5, 1),
+    (-0.25, -1),
+    (1.25, -1),
+    (0.2, 1),
+    (0.8, 1),
+    (0.35, 1),
+    (0.65, 1),
+)
+"""Places on the link and beyond its ends, in lengths of it, and the brighter side there: at a
+corner the colours change sides; a chance point on the way does not turn them. Places that turn
+most links away come first."""
 _ASIDE = 0.06
 """How far beside the link to look, in lengths: a marker begins at about twice that."""
 _LEAST_ASIDE_PX = 1.2
@@ -31,16 +39,21 @@ def are_edges(
     """
     start = saddles.xy_px[first]
     step = saddles.xy_px[last] - start
-    length = np.maximum(np.linalg.norm(step, axis=1), 1e-9)
+    length = np.maximum(np.hypot(step[:, 0], step[:, 1]), 1e-9)
     normal = np.stack([-step[:, 1], step[:, 0]], axis=1) / length[:, None]
     aside = np.maximum(_ASIDE * length, _LEAST_ASIDE_PX)[:, None] * normal
-    on = start[:, None] + _ALONG[:, None] * step[:, None]
+    least = _LEAST_STEP * np.minimum(saddles.contrast[first], saddles.contrast[last])
     top = np.array(picture.shape[::-1]) - 1
-    left, right = (
-        bilinear(picture, np.clip(on + side[:, None], 0, top)) for side in (aside, -aside)
-    )
-    difference = (left - right) * _SIDE
-    weaker = np.minimum(saddles.contrast[first], saddles.contrast[last])[:, None]
-    up = (difference > _LEAST_STEP * weaker).all(axis=1)
-    down = (difference < -_LEAST_STEP * weaker).all(axis=1)
-    return np.logical_or(up, down)
+    left = np.arange(len(first))
+    turn = np.ones(len(first))
+    for along, side in _PLACES:
+        on = start[left] + along * step[left]
+        one, other = (np.clip(on + way * aside[left], 0, top) for way in (1, -1))
+        difference = side * (bilinear(picture, one) - bilinear(picture, other))
+        if along == _PLACES[0][0]:
+            turn = np.sign(difference)
+        kept = turn * difference > least[left]
+        left, turn = left[kept], turn[kept]
+    answer = np.zeros(len(first), np.bool_)
+    answer[left] = True
+    return answer

@@ -5,26 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.geometry.edge_links import are_edges
+from rig.geometry.links import neighbours
 from rig.geometry.saddles import Saddles
 
 Float = NDArray[np.float64]
 
-_MAX_SINE = 0.4
-"""A neighbour lies along the edge through the point, to 24 degrees: blur bends sheared corners."""
-_OPPOSITE = -0.6
-"""Neighbours have dark where the other has bright: cosine of twice the angle between."""
 _FEWEST = 9
 _MAX_BEND = 0.15
 """Change of step, in steps, from one square to the next: perspective and distortion stay below."""
 _LOOSE_PX = 0.7
 """What three corners may add to it before they are refined."""
-_LOOKED_AT = 24
-"""Links of one point that are compared with the picture, shortest first."""
-_SHORTEST_EDGE_PX = 9.0
-"""Room for an edge between what blurs its two ends."""
-_LONGEST_RATIO = 2.5
-"""Steps of a lattice change slowly; a longer one has jumped over a corner."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +61,7 @@ def grow_lattices(
             be edges of it.
         fewest: corners below which a lattice is chance; at least 9 also asks for 3 x 3.
     """
-    neighbour = _neighbours(saddles, edges_of)
+    neighbour = neighbours(saddles, edges_of)
     linked = np.flatnonzero((neighbour >= 0).any(axis=(1, 2))).tolist()
     unseen = set(linked)
     lattices: list[Lattice] = []
@@ -85,62 +75,6 @@ def grow_lattices(
         if min(lattice.shape) >= (3 if fewest >= _FEWEST else 2):
             lattices.append(lattice)
     return sorted(lattices, key=lambda lattice: -int(lattice.found.sum()))
-
-
-def _neighbours(saddles: Saddles, picture: NDArray[np.float32] | None) -> NDArray[np.intp]:
-    """(N, 2, 2) nearest fitting saddle along each axis, forward and backward; -1 for none.
-
-    A link counts only if both ends choose each other.
-    """
-    count = len(saddles)
-    chosen = np.full((count, 2, 2), -1, np.intp)
-    if count < 2:
-        return chosen
-    apart = saddles.xy_px[None] - saddles.xy_px[:, None]
-    distance = np.hypot(apart[..., 0], apart[..., 1])
-    opposite = saddles.bright @ saddles.bright.T < _OPPOSITE
-    along = np.einsum("iak,ijk->iaj", saddles.axes, apart)
-    limit = np.sqrt(1 - _MAX_SINE**2) * distance[:, None]
-    nearer = np.abs(along) >= np.abs(along[:, ::-1])
-    fits = (np.abs(along) > limit) & nearer & (opposite & (distance > 0))[:, None]
-    seen_back = fits.any(axis=1)
-    fits &= (seen_back & seen_back.T)[:, None]
-    if picture is not None:
-        fits &= _on_edges(picture, saddles, fits.any(axis=1), distance)[:, None]
-    for direction, sign in enumerate((1, -1)):
-        ahead = np.where(fits & (sign * along > 0), distance[:, None], np.inf)
-        nearest = ahead.argmin(axis=2)
-        none = ~np.isfinite(np.take_along_axis(ahead, nearest[..., None], axis=2)[..., 0])
-        chosen[..., direction] = np.where(none, -1, nearest)
-    return _mutual(_of_like_length(chosen, distance))
-
-
-def _on_edges(
-    picture: NDArray[np.float32], saddles: Saddles, asked: NDArray[np.bool_], distance: Float
-) -> NDArray[np.bool_]:
-    """(N, N) which of the links asked about are edges; only the shorter ones are looked at."""
-    asked = asked & (distance > _SHORTEST_EDGE_PX)
-    near = np.argsort(np.where(asked, distance, np.inf), axis=1, kind="stable")[:, :_LOOKED_AT]
-    first, last = np.repeat(np.arange(len(saddles)), near.shape[1]), near.ravel()
-    kept = asked[first, last]
-    first, last = first[kept], last[kept]
-    edges = np.zeros_like(asked)
-    edges[first, last] = are_edges(picture, saddles, first, last)
-    return edges & edges.T
-
-
-def _of_like_length(chosen: NDArray[np.intp], distance: Float) -> NDArray[np.intp]:
-    """Drop links much longer than the opposite one along the same axis."""
-    index = np.arange(len(chosen))[:, None, None]
-    length = np.where(chosen < 0, np.inf, distance[index, chosen])
-    shortest = length.min(axis=2, keepdims=True)
-    return np.where(length > _LONGEST_RATIO * shortest, -1, chosen)
-
-
-def _mutual(chosen: NDArray[np.intp]) -> NDArray[np.intp]:
-    flat = chosen.reshape(len(chosen), 4)
-    back = (flat[chosen] == np.arange(len(chosen))[:, None, None, None]).any(axis=-1)
-    return np.where((chosen >= 0) & back, chosen, -1)
 
 
 def _walk(

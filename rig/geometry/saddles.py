@@ -52,9 +52,10 @@ def find_saddles(picture: Picture, *, smooth_px: float, ring_px: float) -> Saddl
     yy = cv2.filter2D(smooth, cv2.CV_32F, second.T)
     slope = np.array([-0.5, 0.0, 0.5], np.float32)
     xy = cv2.sepFilter2D(smooth, cv2.CV_32F, slope, slope)
-    strength = xy * xy - xx * yy
-    row, column = _strongest(strength, border=int(np.ceil(ring_px)) + 1)
-    hessian = np.stack([xx[row, column], xy[row, column], yy[row, column]]).astype(np.float64)
+    # In place: a new array of that size costs more than the product in it.
+    strength = cv2.subtract(cv2.multiply(xy, xy, dst=xy), cv2.multiply(xx, yy, dst=xx), dst=xy)
+    row, column = _strongest(np.asarray(strength, np.float32), border=int(np.ceil(ring_px)) + 1)
+    hessian = _hessian(smooth, row, column)
     xy_px = np.stack([column, row], axis=-1) + _beside_pixel(smooth, row, column, hessian)
     ring = bilinear(smooth, xy_px[:, None] + ring_px * _unit(_TURN))
     kept, contrast = _ring_test(ring)
@@ -76,6 +77,15 @@ def _strongest(strength: Picture, *, border: int) -> tuple[NDArray[np.intp], NDA
         strong = values[order[min(20, order.size - 1)]]
         order = order[values[order] > _WEAKEST * strong]
     return row[order] + border, column[order] + border
+
+
+def _hessian(smooth: Picture, row: NDArray[np.intp], column: NDArray[np.intp]) -> Float:
+    """(3, N) second derivatives xx, xy, yy."""
+    near = [
+        [smooth[row + y, column + x].astype(np.float64) for x in (-1, 0, 1)] for y in (-1, 0, 1)
+    ]
+    (a, b, c), (d, e, f), (g, h, i) = near
+    return np.stack([d - 2 * e + f, (a - c - g + i) / 4, b - 2 * e + h])
 
 
 def _beside_pixel(

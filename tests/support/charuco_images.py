@@ -4,6 +4,8 @@ Shares no code with `rig` or `sim`: a mistake must not cancel itself out.
 """
 
 from dataclasses import dataclass
+from fractions import Fraction
+from math import lcm
 
 import cv2
 import numpy as np
@@ -11,14 +13,13 @@ from numpy.typing import NDArray
 
 from tests.support.board_images import SUPERSAMPLING, BoardScene
 
-_UNITS = 8
-"""A marker of three quarters of a square, of six bits, has bits of an eighth of a square."""
+_BITS_ACROSS = 6
 _MARGIN = 0.5
 
 
 @dataclass(frozen=True)
 class CharucoScene(BoardScene):
-    """A ChArUco board of `columns + 1` x `rows + 1` squares; markers are 3/4 of a square.
+    """A ChArUco board of `columns + 1` x `rows + 1` squares.
 
     Markers of 4 x 4 bits only: others do not fall on the drawing's pixels.
     """
@@ -28,14 +29,22 @@ class CharucoScene(BoardScene):
     dictionary: int = cv2.aruco.DICT_4X4_50
     inverted: bool = False
     legacy_pattern: bool = False
+    marker_share: float = 0.75
+    """Side of a marker over the side of a square."""
+
+    @property
+    def units(self) -> int:
+        """Parts of a square's side of which margin and bits are whole numbers."""
+        share = Fraction(self.marker_share).limit_denominator(100)
+        return lcm(((1 - share) / 2).denominator, (share / _BITS_ACROSS).denominator)
 
     def texture(self) -> NDArray[np.uint8]:
         """The board with its margin, about one texel per sub-pixel; 255 is paper."""
         side_px = self.focal_px * self.square_mm / self.distance_mm * SUPERSAMPLING
-        square = _UNITS * max(2, round(side_px / _UNITS))
+        square = self.units * max(2, round(side_px / self.units))
         size = (self.columns + 1, self.rows + 1)
         dictionary = cv2.aruco.getPredefinedDictionary(self.dictionary)
-        board = cv2.aruco.CharucoBoard(size, 1.0, 0.75, dictionary)
+        board = cv2.aruco.CharucoBoard(size, 1.0, self.marker_share, dictionary)
         board.setLegacyPattern(self.legacy_pattern)
         drawn = board.generateImage((size[0] * square, size[1] * square))
         margin = int(_MARGIN * square)

@@ -6,21 +6,18 @@ the rest of the board is looked for corner by corner. The work is bounded by str
 resolutions, at most `MAX_SADDLES` points in each, three lattices, as many squares as they have.
 """
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.geometry.corner_fit import CrossingFit, fit_crossings
 from rig.geometry.lattice import Lattice, grow_lattices
-from rig.geometry.pyramid import Image, Picture, at_level, from_level, pyramid, search_order
+from rig.geometry.pyramid import Image, Picture, from_level, pyramid, search_order
 from rig.geometry.saddles import find_saddles
 from rig.geometry.targets.charuco_board import CharucoBoard
 from rig.geometry.targets.charuco_diagnosis import check_measurable, why_not
 from rig.geometry.targets.detection import Detection
-from rig.geometry.targets.markers import Placing, padded_grid, place_lattice
-from rig.geometry.targets.outliers import inliers
+from rig.geometry.targets.grid_fit import CornerGrid, fit_grid, has_square
+from rig.geometry.targets.markers import Placing, place_lattice
 
 Float = NDArray[np.float64]
 
@@ -35,32 +32,6 @@ _LATTICES = 3
 _FEWEST_IN_LATTICE = 4
 _SHARP_PX, _BLURRED_PX = 1.0, 2.5
 """Blur of the picture in which corners are measured best, where there is a finer or coarser one."""
-_CLEAR_SHARE = 2.0
-"""Marker corners point at a corner from both sides alike and do not pull it; what differs from
-side to side begins at this many widths of the margin."""
-_LEAST_CONTRAST = 0.35
-"""Of the median: a crossing fitted with less is not of the board."""
-_MOST_MOVED = 0.1
-"""Way from where a corner is expected to where it is fitted, in sides of a square."""
-_MOST_SIGMAS = 6.0
-"""Sigma of a corner, in medians: fitted to something else."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Grid:
-    """Corners on the board's grid, NaN where there is none."""
-
-    xy_px: Float
-    """(rows, columns, 2)."""
-    sigma_px: Float
-    """(rows, columns)."""
-    blur_px: float
-    contrast: float
-
-    @property
-    def found(self) -> NDArray[np.bool_]:
-        """(rows, columns) whether there is a corner."""
-        return np.isfinite(self.xy_px[..., 0])
 
 
 def find_charuco(image: Image, board: CharucoBoard) -> Detection:
@@ -101,7 +72,7 @@ def _black_on_white(image: Image, board: CharucoBoard) -> Picture:
 def _lattices(picture: Picture) -> list[Lattice]:
     saddles = find_saddles(picture, smooth_px=_SMOOTH_PX, ring_px=_RING_PX)
     lattices = grow_lattices(saddles, edges_of=picture, fewest=_FEWEST_IN_LATTICE)
-    return [lattice for lattice in lattices if _has_square(lattice.found)][:_LATTICES]
+    return [lattice for lattice in lattices if has_square(lattice.found)][:_LATTICES]
 
 
 def _on_board(lattice: Lattice, placing: Placing, board: CharucoBoard) -> Float:
@@ -124,11 +95,11 @@ def _measured(
         TargetError: the corners are there but cannot be measured.
     """
     seen = np.isfinite(xy_px[..., 0])
-    grid: _Grid | None = None
+    grid: CornerGrid | None = None
     # A coarse picture finds corners sooner than it measures them: margins are narrow in it.
     level = max(level - 1, 0)
     while grid is None and level >= 0:
-        grid = _fitted(pictures, level, xy_px, seen, board)
+        grid = fit_grid(pictures[level], level, xy_px, seen, board)
         level -= 1
     level += 1
     tried = {level}
@@ -137,7 +108,7 @@ def _measured(
         if following in tried:
             break
         tried.add(following)
-        other = _fitted(pictures, following, grid.xy_px, grid.found, board)
+        other = fit_grid(pictures[following], following, grid.xy_px, grid.found, board)
         if other is None:
             break
         level, grid = following, other
@@ -147,7 +118,7 @@ def _measured(
         ring = cv2.dilate(grid.found.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
         if np.array_equal(ring, grid.found):
             break
-        wider = _fitted(pictures, level, grid.xy_px, ring, board)
+        wider = fit_grid(pictures[level], level, grid.xy_px, ring, board, grid.fits)
         if wider is None or int(wider.found.sum()) <= int(grid.found.sum()):
             break
         grid = wider
@@ -161,68 +132,8 @@ def _suiting(blur_px: float, level: int, levels: int) -> int:
     return min(level + 1, levels - 1) if blur_px > _BLURRED_PX else level
 
 
-def _fitted(
-    pictures: list[Picture],
-    level: int,
-    xy_px: Float,
-    wanted: NDArray[np.bool_],
-    board: CharucoBoard,
-) -> _Grid | None:
-    """Corners (rows, columns, 2) fitted at one level; None where too few are left to go on."""
-    if not _has_square(np.isfinite(xy_px[..., 0])):
-        return None
-    around = padded_grid(at_level(xy_px, level))
-    down, right = np.gradient(around, axis=0), np.gradient(around, axis=1)
-    start, down, right = (place[1:-1, 1:-1][wanted] for place in (around, down, right))
-    area = np.abs(down[:, 0] * right[:, 1] - down[:, 1] * right[:, 0])
-    longest = np.maximum(np.linalg.norm(down, axis=1), np.linalg.norm(right, axis=1))
-    side_px = area / np.maximum(longest, 1e-9)
-    axes = np.stack([right, down], axis=1)
-    axes /= np.maximum(np.linalg.norm(axes, axis=-1, keepdims=True), 1e-9)
-    margin = (1 - board.marker_mm / board.square_mm) / 2
-    fit = fit_crossings(pictures[level], start, axes, _CLEAR_SHARE * margin * side_px)
-    row, column = np.nonzero(wanted)
-    good = _good(fit, start, side_px, (row + column) % 2 == 0)
-    if not good.any():
-        return None
-    fitted = np.full(xy_px.shape, np.nan)
-    sigma_px = np.full(xy_px.shape[:2], np.nan)
-    fitted[row[good], column[good]] = from_level(fit.xy_px[good], level)
-    sigma_px[row[good], column[good]] = fit.sigma_px[good] * 2**level
-    kept = inliers(fitted, sigma_px)
-    fitted[~kept], sigma_px[~kept] = np.nan, np.nan
-    return _Grid(
-        fitted,
-        sigma_px,
-        float(np.median(fit.blur_px[good])) * 2**level,
-        float(np.median(np.abs(fit.contrast[good]))),
-    )
-
-
-def _good(
-    fit: CrossingFit, start: Float, side_px: Float, even: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
-    """Which fits are corners of the board: in place, as strong and sharp, colours in turn."""
-    # No residual at all: a flat piece of a picture, which any crossing without contrast fits.
-    usable = np.isfinite(fit.sigma_px) & (fit.sigma_px > 0)
-    if not usable.any():
-        return usable
-    signed = np.where(even, fit.contrast, -fit.contrast)
-    usual = float(np.median(signed[usable]))
-    usable &= signed * np.sign(usual) > _LEAST_CONTRAST * abs(usual)
-    usable &= np.linalg.norm(fit.xy_px - start, axis=1) < _MOST_MOVED * side_px
-    if usable.any():
-        usable &= fit.sigma_px < _MOST_SIGMAS * np.median(fit.sigma_px[usable])
-    return usable
-
-
-def _has_square(found: NDArray[np.bool_]) -> bool:
-    """Whether all corners of some square are there: without, a homography is not fixed."""
-    return bool((found[:-1, :-1] & found[:-1, 1:] & found[1:, :-1] & found[1:, 1:]).any())
-
-
-def _detection(grid: _Grid, board: CharucoBoard) -> Detection | None:
-    if not _has_square(grid.found):
+def _detection(grid: CornerGrid, board: CharucoBoard) -> Detection | None:
+    if not has_square(grid.found):
         return None
     row, column = np.nonzero(grid.found)
     side_px = Lattice(grid.xy_px, grid.xy_px).side_px

@@ -116,6 +116,11 @@ class CharucoBoard:
         )
 
     @property
+    def marker_share(self) -> float:
+        """Side of a marker over the side of a square."""
+        return self.marker_mm / self.square_mm
+
+    @property
     def marker_bits(self) -> NDArray[np.bool_]:
         """(markers, n, n) inner bits, True for white, before any inversion."""
         return _all_bits(self.dictionary)[: self.marker_count]

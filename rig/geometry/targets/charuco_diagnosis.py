@@ -8,8 +8,9 @@ from rig.geometry.board_diagnosis import MAX_BLUR_RATIO, exposure_at_fault
 from rig.geometry.lattice import Lattice
 from rig.geometry.pyramid import Image, Picture
 from rig.geometry.saddles import bilinear
+from rig.geometry.targets.cells import SampledCells, sample_cells
 from rig.geometry.targets.charuco_board import CharucoBoard, dictionary_bits
-from rig.geometry.targets.markers import ReadCells, known_markers, place_lattice, read_cells
+from rig.geometry.targets.markers import known_markers, place_on_board
 
 Float = NDArray[np.float64]
 
@@ -40,6 +41,8 @@ _LARGEST = (
     "APRILTAG_36H11",
 )
 """Dictionaries that hold all others: the smaller ones are the beginning of these."""
+_BITS_ACROSS = (6, 7, 8, 9)
+"""Bits across a marker of any of them, border included."""
 
 
 def check_measurable(board: CharucoBoard, side_px: float, blur_px: float) -> None:
@@ -86,8 +89,12 @@ def why_not(
     for lattice in (whole.part(_ENOUGH) for whole in largest):
         if int(lattice.found.sum()) < _FEWEST_CORNERS:
             continue
-        other = _other_pattern(picture, lattice, board, asked) or _other_layout(
-            picture, lattice, board, asked
+        cells = {
+            bits: sample_cells(picture, lattice.xy_px, bits_across=bits, share=board.marker_share)
+            for bits in {board.bits_across, *_BITS_ACROSS}
+        }
+        other = _other_pattern(cells[board.bits_across], board, asked) or _other_layout(
+            cells, board, asked
         )
         if other is not None:
             return other
@@ -104,7 +111,7 @@ def why_not(
 
 
 def _unread(picture: Picture, lattice: Lattice, board: CharucoBoard, asked: str) -> TargetError:
-    bit_px = lattice.side_px * board.marker_mm / board.square_mm / board.bits_across
+    bit_px = lattice.side_px * board.marker_share / board.bits_across
     corners = f"found {int(lattice.found.sum())} corners on squares of {lattice.side_px:.1f} px"
     if bit_px < _MIN_BIT_PX:
         return TargetError(
@@ -150,18 +157,17 @@ def _blur_px(picture: Picture, lattice: Lattice) -> float:
     return float(np.median(np.concatenate(widths)))
 
 
-def _other_pattern(
-    picture: Picture, lattice: Lattice, board: CharucoBoard, asked: str
-) -> TargetError | None:
+def _other_pattern(cells: SampledCells, board: CharucoBoard, asked: str) -> TargetError | None:
     """The same layout with its other arrangement, its grey levels turned round, or both."""
     other = board.with_changes(legacy_pattern=not board.legacy_pattern)
     legacy = f"legacy_pattern = {str(other.legacy_pattern).lower()}"
     inverted = f"inverted = {str(not board.inverted).lower()}"
-    tried = [(255 - picture, board, inverted)]
+    tried = [(True, board, inverted)]
     if other.first_is_white != board.first_is_white:
-        tried += [(picture, other, legacy), (255 - picture, other, f"{inverted}, {legacy}")]
-    for shown, changed, settings in tried:
-        placing = place_lattice(shown, lattice.xy_px, changed)
+        tried += [(False, other, legacy), (True, other, f"{inverted}, {legacy}")]
+    for turned_round, changed, settings in tried:
+        read = cells.read(inverted=turned_round)
+        placing = place_on_board(read, changed.marker_numbers, changed.marker_bits)
         if placing is not None and placing.agreeing >= _FEWEST_MARKERS:
             return TargetError(
                 f"{asked}, found {placing.agreeing} of its markers on a board of the other "
@@ -172,23 +178,18 @@ def _other_pattern(
 
 
 def _other_layout(
-    picture: Picture, lattice: Lattice, board: CharucoBoard, asked: str
+    cells: dict[int, SampledCells], board: CharucoBoard, asked: str
 ) -> TargetError | None:
     """Markers of another dictionary, or of this one on a board of other size."""
+    read = {
+        bits: [sampled.read(inverted=inverted) for inverted in (False, True)]
+        for bits, sampled in cells.items()
+    }
     own = next(name for name in _LARGEST if _holds(name, board.dictionary))
-    read: dict[tuple[int, bool], ReadCells] = {}
     for name in (own, *(other for other in _LARGEST if other != own)):
         bits = dictionary_bits(name)
-        for turned_round in (False, True):
-            key = (bits.shape[1], turned_round)
-            if key not in read:
-                read[key] = read_cells(
-                    255 - picture if turned_round else picture,
-                    lattice.xy_px,
-                    bits_across=bits.shape[1] + 2,
-                    share=board.marker_mm / board.square_mm,
-                )
-            found = known_markers(read[key], bits)
+        for either in read[bits.shape[1] + 2]:
+            found = known_markers(either, bits)
             if len(found) >= _FEWEST_MARKERS:
                 return _named_otherwise(found, name, own, board, asked)
     return None

@@ -1,23 +1,16 @@
-"""Read the markers between the corners of a lattice, and tell from them which corner is which."""
+"""Tell from the markers between the corners of a lattice which corner is which."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.geometry.homography import fit_homography, grid_places, map_points
-from rig.geometry.saddles import bilinear
+from rig.geometry.targets.cells import ReadCells, sample_cells
 from rig.geometry.targets.charuco_board import CharucoBoard
 
 Float = NDArray[np.float64]
 Picture = NDArray[np.float32]
 
-_PLACES_IN_BIT = (-0.2, 0.2)
-"""Where a bit is sampled, in bits from its middle."""
-_BORDER_SHARE = 0.8
-"""Share of the border's bits that must be black."""
-_WHITER = 0.25
-"""Least difference of margin and border, over the largest of a lattice."""
 _WRONG_SHARE = 0.13
 """Share of the bits of a marker that may be read wrongly."""
 _AGREEING_SHARE = 0.6
@@ -26,18 +19,6 @@ _ONE_ASTRAY_OF = 30
 """So many that look like one of the board's allow one to be elsewhere: a board of the other
 pattern agrees but for one marker in every second row."""
 _MOST_CELLS = 400
-
-
-@dataclass(frozen=True, slots=True)
-class ReadCells:
-    """The squares of a lattice with one ring around it, and the bits read in them."""
-
-    shape: tuple[int, int]
-    """Rows and columns of squares: one more than of corners."""
-    readable: NDArray[np.bool_]
-    """(S,) whether a marker's border is there, row by row."""
-    bits: NDArray[np.bool_]
-    """(S, n, n) inner bits, True for white; rows and columns as on the lattice."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,68 +36,8 @@ class Placing:
 
 def place_lattice(picture: Picture, xy_px: Float, board: CharucoBoard) -> Placing | None:
     """Return where a lattice (R, C, 2) of corners lies on a board; None where no marker says."""
-    cells = read_cells(
-        picture,
-        xy_px,
-        bits_across=board.bits_across,
-        share=board.marker_mm / board.square_mm,
-    )
-    return place_on_board(cells, board.marker_numbers, board.marker_bits)
-
-
-def padded_grid(xy_px: Float) -> Float:
-    """(R + 2, C + 2, 2) corners with missing ones and a ring around filled in.
-
-    A homography tells where they lie; next to the border it is corrected by what it misses the
-    nearest corner by, so that distortion is followed.
-    """
-    found = np.isfinite(xy_px[..., 0])
-    places = grid_places(*found.shape)
-    homography = fit_homography(places[found], xy_px[found])
-    apart = np.where(found[..., None], xy_px - map_points(homography, places), 0.0)
-    ring = grid_places(found.shape[0] + 2, found.shape[1] + 2) - 1.0
-    return map_points(homography, ring) + np.pad(apart, ((1, 1), (1, 1), (0, 0)), mode="edge")
-
-
-def read_cells(picture: Picture, xy_px: Float, *, bits_across: int, share: float) -> ReadCells:
-    """Sample the bits of a marker in every square.
-
-    Args:
-        picture: (H, W) grey, black markers on white.
-        xy_px: (R, C, 2) corners of a lattice, NaN where none was found; at least 2 x 2.
-        bits_across: bits of a marker with its border.
-        share: side of a marker over the side of a square.
-    """
-    grid = padded_grid(xy_px)
-    shape = (grid.shape[0] - 1, grid.shape[1] - 1)
-    quads = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=2)
-    square_from_unit = _homographies(quads.reshape(-1, 4, 2))
-    bit = share / bits_across
-    middles = 0.5 + bit * (np.arange(bits_across) - (bits_across - 1) / 2)
-    fine = (middles[:, None] + bit * np.array(_PLACES_IN_BIT)).ravel()
-    v, u = np.meshgrid(fine, fine, indexing="ij")
-    grey, inside = _look(picture, square_from_unit, np.stack([u, v], axis=-1).reshape(-1, 2))
-    per_bit = len(_PLACES_IN_BIT)
-    levels = grey.reshape(-1, bits_across, per_bit, bits_across, per_bit).mean(axis=(2, 4))
-    edge = (1 - share) / 4
-    along = np.linspace(0.2, 0.8, 4)
-    margin = [(edge, a) for a in along] + [(1 - edge, a) for a in along]
-    around, _ = _look(picture, square_from_unit, np.array(margin + [(b, a) for a, b in margin]))
-    return _threshold(shape, levels, np.median(around, axis=1), inside)
-
-
-def _threshold(
-    shape: tuple[int, int], levels: Float, white: Float, inside: NDArray[np.bool_]
-) -> ReadCells:
-    border = np.ones(levels.shape[1:], np.bool_)
-    border[1:-1, 1:-1] = False
-    black = np.median(levels[:, border], axis=1)
-    middle = (white + black) / 2
-    above = levels > middle[:, None, None]
-    framed = (~above[:, border]).mean(axis=1) >= _BORDER_SHARE
-    contrast = np.where(inside & framed, white - black, 0.0)
-    readable = contrast > np.maximum(_WHITER * contrast.max(initial=0.0), 1e-6)
-    return ReadCells(shape, readable, above[:, 1:-1, 1:-1])
+    cells = sample_cells(picture, xy_px, bits_across=board.bits_across, share=board.marker_share)
+    return place_on_board(cells.read(), board.marker_numbers, board.marker_bits)
 
 
 def place_on_board(
@@ -132,6 +53,8 @@ def place_on_board(
         numbers: (rows, columns) of the board's squares: number of their marker, -1 for none.
         markers: (M, n, n) inner bits, True for white.
     """
+    if not cells.readable.any():
+        return None
     side = markers.shape[1]
     flat = markers.reshape(len(markers), -1)
     allowed = int(_WRONG_SHARE * side * side)
@@ -155,6 +78,8 @@ def known_markers(cells: ReadCells, markers: NDArray[np.bool_]) -> dict[tuple[in
 
     Rows and columns are those of the lattice after the turn in which most markers are upright.
     """
+    if not cells.readable.any():
+        return {}
     flat = markers.reshape(len(markers), -1)
     order = np.arange(len(cells.readable)).reshape(cells.shape)
     best: dict[tuple[int, int], int] = {}
@@ -217,35 +142,3 @@ def _numbers_at(numbers: NDArray[np.intp], at: NDArray[np.intp]) -> NDArray[np.i
     padded = np.pad(numbers, 1, constant_values=-1)
     inside = np.clip(at + 1, 0, np.array(padded.shape) - 1)
     return padded[inside[:, 0], inside[:, 1]]
-
-
-def _homographies(quads: Float) -> Float:
-    """(S, 3, 3) from the unit square to S quadrilaterals (S, 4, 2), clockwise from (0, 0).
-
-    Closed form: P. Heckbert, "Fundamentals of Texture Mapping and Image Warping", 1989.
-    """
-    (x0, x1, x2, x3), (y0, y1, y2, y3) = quads[..., 0].T, quads[..., 1].T
-    dx1, dx2, dx3 = x1 - x2, x3 - x2, x0 - x1 + x2 - x3
-    dy1, dy2, dy3 = y1 - y2, y3 - y2, y0 - y1 + y2 - y3
-    area = dx1 * dy2 - dx2 * dy1
-    area = np.where(np.abs(area) > 1e-9, area, 1e-9)
-    g, h = (dx3 * dy2 - dx2 * dy3) / area, (dx1 * dy3 - dx3 * dy1) / area
-    one = np.ones_like(g)
-    rows = [
-        [x1 - x0 + g * x1, x3 - x0 + h * x3, x0],
-        [y1 - y0 + g * y1, y3 - y0 + h * y3, y0],
-        [g, h, one],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=1)
-
-
-def _look(
-    picture: Picture, square_from_unit: Float, unit: Float
-) -> tuple[Float, NDArray[np.bool_]]:
-    """Grey (S, P) at places (P, 2) of unit squares, and whether all of a square is in view."""
-    points = np.concatenate([unit, np.ones((len(unit), 1))], axis=1)
-    mapped = points @ square_from_unit.transpose(0, 2, 1)
-    xy_px = mapped[..., :2] / np.where(np.abs(mapped[..., 2:]) > 1e-9, mapped[..., 2:], 1e-9)
-    last = np.array(picture.shape[::-1]) - 1
-    within = np.clip(xy_px, 0, last)
-    return bilinear(picture, within), np.asarray((within == xy_px).all(axis=(1, 2)))
