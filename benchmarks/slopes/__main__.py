@@ -1,17 +1,18 @@
 """Print accuracy, honesty and time of `estimate_slopes` beside OpenCV's matchers.
 
 Run `python -m benchmarks.slopes` (all), or name parts: `dino`, `chosen`, `reported`, `layouts`,
-`live`, `planes`, `first`.
+`live`, `planes`, `shade`, `places`, `first`.
 """
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import partial
 
 import numpy as np
 
 from benchmarks.slopes.dino import dino_folder, load_dino
 from benchmarks.slopes.first_use import first_use
+from benchmarks.slopes.places import places
 from benchmarks.slopes.plane import measure_plane
 from benchmarks.slopes.ripple import Estimate, measure_ripple
 from benchmarks.slopes.scenes import (
@@ -24,6 +25,7 @@ from benchmarks.slopes.scenes import (
     make_scene,
 )
 from benchmarks.slopes.scores import Scores, score
+from benchmarks.slopes.shade import shade
 from benchmarks.slopes.timing import Times, race
 from rig.compare.baselines import FILLED
 from rig.epipolar import SlopePrior, estimate_slopes
@@ -99,32 +101,44 @@ def planes() -> None:
             )
 
 
-def main(parts: list[str]) -> None:
-    wanted = parts or ["dino", "chosen", "reported", "layouts", "live", "planes", "first"]
-    if "dino" in wanted:
-        folder = dino_folder()
-        print("\n# hci-dino, 9 + 9 views of 512 x 512, against another method's map")
-        if folder is None:
-            print("left out: set RIG_SHARED_DATA to the folder that holds hci-dino")
-        else:
-            compare(load_dino(folder, noise) for noise in (0.0, 1.0, 3.0))
-    for part, title, recipes in (
-        ("chosen", "Rendered scenes that the defaults were chosen on", CHOSEN_ON),
-        ("reported", "Rendered scenes that nothing was chosen on", REPORTED_ON),
-        ("layouts", "One scene, other arrangements of views", LAYOUTS),
-    ):
-        if part in wanted:
-            print(f"\n# {title}")
-            compare(make_scene(recipe) for recipe in recipes)
-    if "live" in wanted:
-        print("\n# Live: the previous frame as hypothesis, 5 views of 640 x 400")
-        live()
-    if "planes" in wanted:
-        print("\n# A plane that moves through one px of slope, sparse cross of five, noise 2")
-        planes()
-    if "first" in wanted:
-        print("\n# First use")
-        first_use()
+def dino() -> None:
+    folder = dino_folder()
+    if folder is None:
+        print("left out: set RIG_SHARED_DATA to the folder that holds hci-dino")
+    else:
+        compare(load_dino(folder, noise) for noise in (0.0, 1.0, 3.0))
+
+
+def rendered(recipes: Iterable[Recipe]) -> None:
+    compare(make_scene(recipe) for recipe in recipes)
+
+
+PARTS: dict[str, tuple[str, Callable[[], None]]] = {
+    "dino": ("hci-dino, 9 + 9 views of 512 x 512, against another method's map", dino),
+    "chosen": (
+        "Rendered scenes that the defaults were chosen on", partial(rendered, CHOSEN_ON)
+    ),
+    "reported": (
+        "Rendered scenes that nothing was chosen on", partial(rendered, REPORTED_ON)
+    ),
+    "layouts": ("One scene, other arrangements of views", partial(rendered, LAYOUTS)),
+    "live": ("Live: the previous frame as hypothesis, 5 views of 640 x 400", live),
+    "planes": (
+        "A plane that moves through one px of slope, sparse cross of five, noise 2", planes
+    ),
+    "shade": ("Half of the scene in the shadow, noise that grows with light", shade),
+    "places": ("Views that are not where they are told to be", places),
+    "first": ("First use", first_use),
+}  # fmt: skip
+
+
+def main(wanted: list[str]) -> None:
+    if unknown := set(wanted) - set(PARTS):
+        sys.exit(f"no part {', '.join(sorted(unknown))}; there are: {', '.join(PARTS)}")
+    for name in wanted or PARTS:
+        title, run = PARTS[name]
+        print(f"\n# {title}")
+        run()
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from tests.support.lightfield import (
     disc,
     everywhere,
     expose,
+    expose_to_light,
     noise_texture,
     plane,
     render_views,
@@ -67,6 +68,17 @@ DENSE_ROW, DENSE_COLUMN = (
 PAIR = Layout(np.array([0, 1.0]), np.zeros(2), (400, 640), (-20.0, 60.0))
 
 
+def grid(arm: int) -> tuple[Array, Array]:
+    """Rows and columns of a full array about its middle view, the reference first."""
+    x, y = np.meshgrid(*[np.arange(-arm, arm + 1.0)] * 2)
+    order = np.argsort(np.hypot(x, y).ravel(), kind="stable")
+    return x.ravel()[order], y.ravel()[order]
+
+
+GRID_3 = Layout(*grid(1), (400, 640), (-20.0, 60.0))
+GRID_9 = Layout(*grid(4), DENSE.shape, DENSE.range_px)
+
+
 @dataclass(frozen=True)
 class Recipe:
     """One line of the benchmark."""
@@ -84,6 +96,8 @@ class Recipe:
     """Edges that let a part of what is behind them through."""
     position_error: float = 0.0
     """Random error of the positions told to the estimator, view steps, 1 sigma."""
+    electrons_per_level: float | None = None
+    """Half of the scene lies in the shadow, and noise grows with light; `noise` is read noise."""
 
 
 # The defaults of the estimator were chosen on the first list and are reported on the second.
@@ -124,7 +138,16 @@ LAYOUTS = (
     Recipe("row of three", 30, ROW),
     Recipe("column of three", 30, COLUMN),
     Recipe("2 x 2 array", 30, SQUARE),
+    Recipe("3 x 3 array", 30, GRID_3),
+    Recipe("9 x 9 views", 31, GRID_9),
     Recipe("pair", 30, PAIR),
+)
+SHADED = (
+    Recipe("dense, 4 e/level", 10, DENSE, noise=0.7, electrons_per_level=4.0),
+    Recipe("dense, 20 e/level", 10, DENSE, noise=1.0, electrons_per_level=20.0),
+    Recipe("dense weak, 20 e/level", 13, DENSE, 6.0, 2.5, noise=1.0, electrons_per_level=20.0),
+    Recipe("sparse, 4 e/level", 15, SPARSE, noise=0.7, electrons_per_level=4.0),
+    Recipe("sparse, 20 e/level", 15, SPARSE, noise=1.0, electrons_per_level=20.0),
 )
 
 
@@ -133,7 +156,16 @@ def make_scene(recipe: Recipe) -> Scene:
     layout = recipe.layout
     surfaces = list(_surfaces(recipe))
     exact = render_views(surfaces, layout.shape, layout.x_steps, layout.y_steps, supersample=2)
-    frames = expose(exact, noise=recipe.noise, gain_spread=recipe.gain_spread, seed=recipe.seed)
+    if recipe.electrons_per_level is None:
+        frames = expose(exact, noise=recipe.noise, gain_spread=recipe.gain_spread, seed=recipe.seed)
+    else:
+        frames = expose_to_light(
+            exact,
+            read_noise_levels=recipe.noise,
+            electrons_per_level=recipe.electrons_per_level,
+            gain_spread=recipe.gain_spread,
+            seed=recipe.seed,
+        )
     rng = np.random.default_rng(recipe.seed + 1000)
     told = [
         steps
@@ -161,6 +193,8 @@ def _surfaces(recipe: Recipe) -> Iterator[Surface]:
             contrast=recipe.contrast,
             finest_px=recipe.finest_px,
         )
+        if recipe.electrons_per_level is not None:
+            return _half_in_shadow(random, 0.5 * width)
         return _repeated(random) if recipe.repeats else random
 
     def edge(covers: Covers) -> Covers:
@@ -193,6 +227,11 @@ def _surfaces(recipe: Recipe) -> Iterator[Surface]:
                 )
             case _:
                 yield Surface(plane(slope), texture(k + 1), edge(disc((u, v), 0.7 * size)))
+
+
+def _half_in_shadow(lit: Field, edge_px: float) -> Field:
+    """Light of 1.25 right of a place, 0.15 left of it, as painted on the surfaces."""
+    return lambda u, v: lit(u, v) * (0.15 + 1.1 / (1.0 + np.exp(0.5 * (edge_px - u))))
 
 
 def _repeated(random: Field) -> Field:

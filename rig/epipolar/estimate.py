@@ -46,6 +46,7 @@ def estimate_slopes(
     prior: SlopePrior | None = None,
     *,
     noise: NoiseModel | None = None,
+    trust_places: bool = False,
 ) -> SlopeMap:
     """Estimate the slope of the epipolar line through every pixel of the reference view.
 
@@ -61,6 +62,8 @@ def estimate_slopes(
         prior: slope hypothesis; where it is finite, only its mean +- 2 sigma is searched.
         noise: noise of the grey values as measured; None for that of the views or, where they come
             without, what the images themselves show.
+        trust_places: whether the views are exactly where they are told to be, so that no errors of
+            their places are looked for.
 
     Returns:
         Slope, sigma and label of every reference pixel.
@@ -107,7 +110,7 @@ def estimate_slopes(
     stitched, variance, misfit = _stitch(slope, lines, grey, cameras, scales)
     slope = window.hold(stitched)
     placement = None
-    if effort is not Effort.FOLLOWED:
+    if effort is not Effort.FOLLOWED and not trust_places:
         placement = find_placement(images, slope, covered, cameras, scales.smoothed_noise)
     if placement is not None and placement.misplaced.any():
         warnings += placement.warnings(views.x_steps, views.y_steps)

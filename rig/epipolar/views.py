@@ -53,6 +53,12 @@ class RectifiedViews:
     rectified pictures lie on them."""
 
     def __post_init__(self) -> None:
+        shapes = {np.shape(image) for image in self.images}
+        if len(shapes) > 1:
+            found = ", ".join(" x ".join(map(str, shape)) for shape in sorted(shapes))
+            raise SlopeError(
+                f"views of different size given ({found}, rows first); rectify them to one frame"
+            )
         images = np.asarray(self.images)
         if images.ndim != 3 or str(images.dtype) not in ("uint8", "uint16", "float32"):
             raise SlopeError(
