@@ -1,15 +1,16 @@
 """Print accuracy, honesty and time of `estimate_slopes` beside OpenCV's matchers.
 
 Run `python -m benchmarks.slopes` (all), or name parts: `dino`, `chosen`, `reported`, `layouts`,
-`live`, `planes`, `shade`, `places`, `first`.
+`live`, `planes`, `shade`, `places`, `colour`, `first`.
 """
 
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
 import numpy as np
 
+from benchmarks.slopes.colour import colour
 from benchmarks.slopes.dino import dino_folder, load_dino
 from benchmarks.slopes.first_use import first_use
 from benchmarks.slopes.places import places
@@ -34,17 +35,21 @@ _ROUNDS = 3
 _HEAD = (
     f"{'scene':28} {'method':16} {'BP.01':>6} {'BP.03':>6} {'BP.07':>6} {'bad 1':>6} "
     f"{'MSEx100':>8} {'edge':>6} {'dens':>6} {'BP.07 of':>8} {'err/':>6} {'wall':>6} {'cpu':>6} "
-    f"{'wall':>6} {'cpu':>6}\n"
-    f"{'':102}{'best 80%':>9} {'sigma':>6} {'ms':>6} {'ms':>6} {'/ SGBM-HH':>13}"
+    f"{'wall':>6} {'cpu':>6} {'wall':>6} {'cpu':>6}\n"
+    f"{'':102}{'best 80%':>9} {'sigma':>6} {'ms':>6} {'ms':>6} "
+    f"{'/ SGBM-3WAY':>13} {'/ SGBM-HH':>13}"
 )
 
 
-def line(scene: str, method: str, s: Scores, took: Times, hh: Times) -> None:
+def line(scene: str, method: str, s: Scores, took: Times, times: Mapping[str, Times]) -> None:
+    ratios = " ".join(
+        f"{took.wall_ms / other.wall_ms:6.2f} {took.cpu_ms / other.cpu_ms:6.2f}"
+        for other in (times[method.name] for method in FILLED)
+    )
     print(
         f"{scene:28} {method:16} {s.bad_001:6.2f} {s.bad_003:6.2f} {s.bad_007:6.2f} {s.bad_1:6.2f} "
         f"{s.mse_100:8.3f} {s.edge_bad:6.2f} {s.density:6.1f} {s.confident_bad_007:8.2f} "
-        f"{s.sigma_ratio:6.2f} {took.wall_ms:6.0f} {took.cpu_ms:6.0f} "
-        f"{took.wall_ms / hh.wall_ms:6.2f} {took.cpu_ms / hh.cpu_ms:6.2f}",
+        f"{s.sigma_ratio:6.2f} {took.wall_ms:6.0f} {took.cpu_ms:6.0f} {ratios}",
         flush=True,
     )
 
@@ -56,11 +61,11 @@ def compare(scenes: Iterable[Scene]) -> None:
         ways = {m.name: partial(m.run, *given) for m in FILLED}
         times = race({"rig": partial(estimate_slopes, *given), **ways}, _ROUNDS)
         truth = (scene.slope_px, scene.range_px, scene.border_px)
-        hh = times[FILLED[-1].name]
         slopes = estimate_slopes(*given)
-        line(scene.name, "rig", score(slopes.slope_px, slopes.sigma_px, *truth), times["rig"], hh)
+        ours = score(slopes.slope_px, slopes.sigma_px, *truth)
+        line(scene.name, "rig", ours, times["rig"], times)
         for name, run in ways.items():
-            line("", name, score(run(), None, *truth), times[name], hh)
+            line("", name, score(run(), None, *truth), times[name], times)
 
 
 def live() -> None:
@@ -74,8 +79,7 @@ def live() -> None:
         times = race({"rig": partial(estimate_slopes, *given, prior), **ways}, _ROUNDS)
         slopes = estimate_slopes(*given, prior)
         found = score(slopes.slope_px, slopes.sigma_px, scene.slope_px, scene.range_px, 0)
-        hh = times[FILLED[-1].name]
-        line(f"frame {frame}, {scene.name}", "rig", found, times["rig"], hh)
+        line(f"frame {frame}, {scene.name}", "rig", found, times["rig"], times)
         if frame in (0, 4):
             for name in ways:
                 took = times[name]
@@ -128,6 +132,7 @@ PARTS: dict[str, tuple[str, Callable[[], None]]] = {
     ),
     "shade": ("Half of the scene in the shadow, noise that grows with light", shade),
     "places": ("Views that are not where they are told to be", places),
+    "colour": ("Colour against luminance", colour),
     "first": ("First use", first_use),
 }  # fmt: skip
 

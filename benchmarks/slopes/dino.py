@@ -21,12 +21,12 @@ def dino_folder() -> Path | None:
     return folder if folder.is_dir() else None
 
 
-def load_dino(folder: Path, noise: float) -> Scene:
+def load_dino(folder: Path, noise: float, *, in_colour: bool = False) -> Scene:
     """All 17 views of row 4 and column 4; `noise` grey levels (1 sigma) are added."""
     places = [(_CENTRE, c) for c in range(_COLUMNS)]
     places += [(r, _CENTRE) for r in range(_COLUMNS) if r != _CENTRE]
     names = [folder / f"input_Cam{_COLUMNS * r + c:03d}.png" for r, c in places]
-    images = np.stack([_read_grey(name) for name in names])
+    images = np.stack([_read(name, in_colour=in_colour) for name in names])
     images += noise * np.random.default_rng(1).standard_normal(images.shape)
     frames = np.clip(np.rint(images), 0, 255).astype(np.uint8)
     steps = np.array(places, float) - _CENTRE
@@ -35,8 +35,9 @@ def load_dino(folder: Path, noise: float) -> Scene:
     return Scene(f"hci-dino, noise {noise:g}", views, reference, (-2.0, 2.0), border_px=15)
 
 
-def _read_grey(path: Path) -> NDArray[np.float64]:
-    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+def _read(path: Path, *, in_colour: bool) -> NDArray[np.float64]:
+    flags = cv2.IMREAD_COLOR_RGB if in_colour else cv2.IMREAD_GRAYSCALE
+    image = cv2.imread(str(path), flags)
     if image is None:
         raise OSError(f"cannot read {path}")
     return image.astype(np.float64)

@@ -154,7 +154,7 @@ SHADED = (
 def make_scene(recipe: Recipe) -> Scene:
     """Render one recipe; the same recipe always gives the same frames."""
     layout = recipe.layout
-    surfaces = list(_surfaces(recipe))
+    surfaces = list(surfaces_of(recipe))
     exact = render_views(surfaces, layout.shape, layout.x_steps, layout.y_steps, supersample=2)
     if recipe.electrons_per_level is None:
         frames = expose(exact, noise=recipe.noise, gain_spread=recipe.gain_spread, seed=recipe.seed)
@@ -178,7 +178,7 @@ def make_scene(recipe: Recipe) -> Scene:
     )
 
 
-def _surfaces(recipe: Recipe) -> Iterator[Surface]:
+def surfaces_of(recipe: Recipe) -> Iterator[Surface]:
     """A tilted wall, boards, balls and bars before it, from far to near."""
     rng = np.random.default_rng(recipe.seed)
     height, width = recipe.layout.shape

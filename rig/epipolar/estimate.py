@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
+from rig.epipolar.colour import merge_channels
 from rig.epipolar.confidence import judge
 from rig.epipolar.cross_check import fill_unshared, is_one_sided
 from rig.epipolar.line import LineFits, fit_lines
@@ -60,8 +61,8 @@ def estimate_slopes(
         views: two or more rectified views.
         slope_range_px: lowest and highest slope to search, px per view step.
         prior: slope hypothesis; where it is finite, only its mean +- 2 sigma is searched.
-        noise: noise of the grey values as measured; None for that of the views or, where they come
-            without, what the images themselves show.
+        noise: noise of the grey values (in colour: of each channel) as measured; None for that of
+            the views or, where they come without, what the images themselves show.
         trust_places: whether the views are exactly where they are told to be, so that no errors of
             their places are looked for.
 
@@ -74,13 +75,18 @@ def estimate_slopes(
     """
     window = window_of(views.shape, slope_range_px, prior)
     views, warnings = seen_views(views)
-    images, agreement = equalise(views.images, _cameras(views), window)
+    known = noise or views.noise
+    grey_step = 0.0 if views.images.dtype == np.float32 else 1.0
+    if views.is_colour:
+        images, agreement = merge_channels(views.images, _cameras(views), window, grey_step, known)
+        known, grey_step = None, 0.0
+    else:
+        images, agreement = equalise(views.images, _cameras(views), window)
     strange, more = strange_views(views, agreement)
     if strange.any():
         views, images, warnings = keep(views, ~strange), images[~strange], warnings + more
     cameras = _cameras(views)
-    grey_step = 0.0 if views.images.dtype == np.float32 else 1.0
-    images, scales = stabilise(images, views.reference, grey_step, noise or views.noise)
+    images, scales = stabilise(images, views.reference, grey_step, known)
     if views.beside_px is not None:
         images = on_their_lines(images, views.beside_px)
     _smooth(images, scales.prefilter_px)

@@ -31,7 +31,7 @@ def seen_views(views: RectifiedViews) -> tuple[RectifiedViews, tuple[str, ...]]:
         raise SlopeError("found values that are not finite in the images; give finite grey values")
     warnings: tuple[str, ...] = ()
     sample = np.ascontiguousarray(images[:, ::_SAMPLE_PX, ::_SAMPLE_PX])
-    spread = sample.std(axis=(1, 2))
+    spread = sample.reshape(len(sample), -1).std(axis=1)
     clipped = np.count_nonzero(sample >= saturation_grey(images)) / sample.size
     if clipped > _SATURATED_SHARE and spread[views.reference] > 0:
         warnings = (

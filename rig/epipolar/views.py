@@ -30,14 +30,15 @@ class Label(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class RectifiedViews:
-    """V grey views of one instant, rectified to one common frame.
+    """V views of one instant, grey or in colour, rectified to one common frame.
 
     A point at `(u, v)` in the reference view with slope `m` appears at
     `(u - m * x_steps[i], v - m * y_steps[i])` in view i.
     """
 
     images: Image
-    """(V, H, W), all of one type: uint8, uint16 or float32."""
+    """(V, H, W) grey or (V, H, W, 3) in colour, all of one type: uint8, uint16 or float32. Boards
+    and the methods that `rig compare` sets beside ours take grey only."""
     x_steps: NDArray[np.float64]
     """(V,) columns of the views, in view steps, right of the reference is positive."""
     y_steps: NDArray[np.float64]
@@ -60,10 +61,11 @@ class RectifiedViews:
                 f"views of different size given ({found}, rows first); rectify them to one frame"
             )
         images = np.asarray(self.images)
-        if images.ndim != 3 or str(images.dtype) not in ("uint8", "uint16", "float32"):
+        is_grey_or_colour = images.ndim == 3 or (images.ndim == 4 and images.shape[3] == 3)
+        if not is_grey_or_colour or str(images.dtype) not in ("uint8", "uint16", "float32"):
             raise SlopeError(
                 f"asked for slopes of an array {images.shape} of {images.dtype}; give (V, H, W) "
-                "grey images of uint8, uint16 or float32"
+                "grey or (V, H, W, 3) colour images of uint8, uint16 or float32"
             )
         count = images.shape[0]
         x = np.ascontiguousarray(self.x_steps, np.float64)
@@ -94,6 +96,11 @@ class RectifiedViews:
         object.__setattr__(self, "images", np.ascontiguousarray(images))
         object.__setattr__(self, "x_steps", x)
         object.__setattr__(self, "y_steps", y)
+
+    @property
+    def is_colour(self) -> bool:
+        """Whether every pixel has three channels."""
+        return self.images.ndim == 4
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -24,6 +24,7 @@ def views(**changes: object) -> RectifiedViews:
     [
         ({"images": [FRAMES[0], FRAMES[0, :10], FRAMES[2]]}, r"10 x 24, 20 x 24.*rectify"),
         ({"images": FRAMES.astype(np.float64)}, r"\(3, 20, 24\) of float64"),
+        ({"images": np.zeros((3, 20, 24, 4), np.uint8)}, r"\(3, 20, 24, 4\) of uint8.*colour"),
         ({"images": FRAMES[0]}, r"\(20, 24\) of uint8"),
         ({"images": FRAMES[:1]}, "found 1 views with 3 x and 3 y positions"),
         (
@@ -39,6 +40,7 @@ def views(**changes: object) -> RectifiedViews:
     ids=[
         "different-sizes",
         "float64",
+        "four-channels",
         "one-image",
         "too-few-images",
         "one-view",
