@@ -21,7 +21,7 @@ _ENOUGH = 100.0
 _LARGEST_RADIUS_PX = 4
 _LEAST_REPLY = 0.3
 """Below it a step is more noise than answer, and is not made much longer."""
-_LOWEST = 0.5
+_LOWEST = 0.25
 """Share of the power in the whole picture below which a place is quiet by chance."""
 
 _STRIP_PX, _STRIP_EVERY_PX = 32, 96

@@ -29,6 +29,8 @@ _FEW = 0.05
 _FEW_SHRINK = 6
 _CLEARLY = 0.7
 _STEP_PENALTY, _LOW_PENALTY, _JUMP_PENALTY = 9, 8, 24
+_JUMP_PER_LABEL = 0.4
+"""The more labels there are to jump to, the more often one of them fits by chance."""
 _COARSE_MEDIAN_RADIUS_PX = 3
 
 
@@ -94,7 +96,7 @@ def _search_all(
     costs = sweep_costs(
         images, cameras.x_steps, cameras.y_steps, cameras.reference, labels, scales.truncation
     )
-    penalties = _jump_penalties(images[cameras.reference], scales)
+    penalties = _jump_penalties(images[cameras.reference], scales, len(labels))
     slope = winners(
         aggregate(costs, *penalties, _STEP_PENALTY), labels, window.low_px, window.high_px
     )
@@ -111,7 +113,7 @@ def _search_narrow(
         images, cameras.x_steps, cameras.y_steps, cameras.reference, middle, offsets,
         scales.truncation,
     )  # fmt: skip
-    penalties = _jump_penalties(images[cameras.reference], scales)
+    penalties = _jump_penalties(images[cameras.reference], scales, len(offsets))
     total = aggregate(costs, *penalties, _STEP_PENALTY)
     offset = winners(total, offsets, window.low_px - middle, window.high_px - middle)
     return window.hold(median_of_nine(middle + offset))
@@ -183,12 +185,13 @@ def _search_small(
 
 
 def _jump_penalties(
-    grey: NDArray[np.float32], scales: Scales
+    grey: NDArray[np.float32], scales: Scales, labels: int
 ) -> tuple[NDArray[np.int16], NDArray[np.int16]]:
     """Penalty between a pixel and its left neighbour, and between it and the one above."""
+    high = max(_JUMP_PENALTY, _LOW_PENALTY + _JUMP_PER_LABEL * labels)
     penalties: list[NDArray[np.int16]] = []
     for axis in (1, 0):
         edge = np.abs(np.diff(grey, axis=axis, prepend=grey.take([0], axis=axis)))
         fade = np.exp(-edge / np.float32(scales.likeness))
-        penalties.append((_LOW_PENALTY + (_JUMP_PENALTY - _LOW_PENALTY) * fade).astype(np.int16))
+        penalties.append((_LOW_PENALTY + (high - _LOW_PENALTY) * fade).astype(np.int16))
     return penalties[0], penalties[1]

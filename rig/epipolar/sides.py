@@ -22,7 +22,7 @@ from rig.epipolar.window import Cameras
 
 _RADIUS_PX = 3
 _JUMP_LABELS = 3.0
-_LIMIT, _CLEARLY = 3.0, 0.75
+_LIMIT, _CLEARLY = 3.0, 0.5
 """Grey difference that counts as a full mismatch, and mean difference that decides, in Cauchy
 scales of the line fit."""
 _UNSEEN = np.float32(1e6)
