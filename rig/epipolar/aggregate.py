@@ -51,7 +51,8 @@ def _along_rows(
     """Fill rows of `total`, by way of columns: paths side by side vectorise, labels hardly do."""
     _, labels, width = costs.shape
     count = min(_ROWS, stop - start)
-    cost, path_sum = (np.empty((width, labels, count), kind) for kind in (np.uint8, np.int16))
+    cost = np.empty((width, labels, count), np.uint8)
+    path_sum = np.empty((width, labels, count), np.int16)
     for next_first in range(start, stop, count):
         first = min(next_first, stop - count)  # the last rows overlap those before
         rows = slice(first, first + count)

@@ -97,7 +97,7 @@ def _views_change(
     """Whether another choice of views shows row v than the row above it."""
     change = False
     for k in range(len(order)):
-        shift = -slope * y_steps[order[k]]
+        shift = np.float32(-slope * y_steps[order[k]])
         change |= _shows_row(height, v, shift) != _shows_row(height, v - 1, shift)
     return change
 
@@ -106,7 +106,7 @@ def _views_change(
 def _shows_row(height: int, v: int, shift: np.float32) -> bool:
     """Whether a picture holds all rows that a row moved by `shift` is blended from."""
     whole = int(np.floor(shift))
-    return (v + whole >= 0) & (v + whole + (shift > whole) <= height - 1)
+    return bool(v + whole >= 0 and v + whole + (shift > whole) <= height - 1)
 
 
 @kernel()
@@ -131,8 +131,9 @@ def _count_views(
     counts[:] = np.float32(0)
     for k in range(len(order)):
         view = order[k]
-        if _shows_row(height, v, -slope * y_steps[view]):
-            first, last = _columns(counts.shape[1], -slope * x_steps[view])
+        shift_x, shift_y = np.float32(-slope * x_steps[view]), np.float32(-slope * y_steps[view])
+        if _shows_row(height, v, shift_y):
+            first, last = _columns(counts.shape[1], shift_x)
             count = counts[half[view]]
             for u in range(first, last):
                 count[u] += np.float32(1)
@@ -157,7 +158,7 @@ def _half_sums(
     sums[:] = np.float32(0)
     for k in range(len(order)):
         view = order[k]
-        shift_x, shift_y = -slope * x_steps[view], -slope * y_steps[view]
+        shift_x, shift_y = np.float32(-slope * x_steps[view]), np.float32(-slope * y_steps[view])
         first, last = _columns(width, shift_x)
         if last <= first or not _shows_row(height, v, shift_y):
             continue
@@ -165,25 +166,19 @@ def _half_sums(
         fx, fy = np.float32(shift_x - ix), np.float32(shift_y - iy)
         n = last - first
         line = images[view, v + iy]
-        a = line[first + ix : first + ix + n]
         c = centre[first:last]
         total = sums[half[view], first:last]
-        if fx == 0 and fy == 0:
-            for u in range(n):
-                total[u] += min(truncation, abs(a[u] - c[u]))
-            continue
-        share = fx
+        beside, share = line, fx
         if fy > 0:
-            lower = images[view, v + iy + 1]
-            b = lower[first + ix : first + ix + n]
-            share = fy
+            beside, share = images[view, v + iy + 1], fy
             if fx > 0:
                 for u in range(width):
-                    blend[u] = line[u] + fy * (lower[u] - line[u])
+                    blend[u] = line[u] + fy * (beside[u] - line[u])
                 line, share = blend, fx
-                a = line[first + ix : first + ix + n]
-        if fx > 0:
-            b = line[first + ix + 1 : first + ix + 1 + n]
+                beside = line
+        step = 1 if fx > 0 else 0
+        a = line[first + ix : first + ix + n]
+        b = beside[first + ix + step : first + ix + step + n]
         for u in range(n):
             d = abs(a[u] + share * (b[u] - a[u]) - c[u])
             total[u] += min(truncation, d)
