@@ -8,14 +8,14 @@ import pytest
 
 from rig.capture.run import require_matching
 from rig.database import StoredCalibration, StoredCurve
-from rig.epipolar import Label, SlopeMap
+from rig.epipolar import Label, NoiseModel, SlopeMap
 from rig.epipolar.calibrated_views import CalibratedViews
 from rig.epipolar.views import RectifiedViews
 from rig.errors import ConfigError, CurveError, SlopeError
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.rig_geometry_json import geometry_to_json
-from rig.profile import Profile
+from rig.profile import NoiseConfig, Profile
 from rig.rectified import Rectifier, rectifier_of
 from tests.support.cameras import SMALL, SmallRig
 from tests.support.geometry import true_geometry
@@ -75,6 +75,17 @@ def test_with_one_the_stage_is_measured_and_pictures_are_brought_together() -> N
     travelled_mm = REAL.slide.at_mm / 1.0015 + 1203.0
     assert rectifier.distance_mm(travelled_mm) == pytest.approx(truth_mm, abs=1e-3)
     assert abs(truth_mm - travelled_mm) > 0.1
+
+
+def test_the_noise_that_the_profile_tells_goes_with_the_views() -> None:
+    told = {"read_noise_levels": 0.8, "electrons_per_level": 30.0}
+    camera = REAL.profile.camera.model_copy(update={"noise": NoiseConfig(**told)})
+    profile = REAL.profile.model_copy(update={"camera": camera})
+    images = np.zeros((len(profile.views), 400, 640), np.uint8)
+    for rectifier in (Rectifier(profile), rectifier_of(profile, stored())):
+        assert rectifier.noise == NoiseModel(0.8, 30.0)
+    assert Rectifier(profile).views(images).noise == NoiseModel(0.8, 30.0)
+    assert Rectifier(REAL.profile).views(images).noise is None
 
 
 def test_one_depth_has_one_slope_on_the_axis_all_over_the_picture() -> None:

@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 import pytest
 
-from rig.capture.live import CaptureTally, run_capture
+from rig.capture.live import CaptureTally, Measured, run_capture
 from rig.errors import SlopeError
 from rig.frames import Frame, MultiView
 from rig.profile import Profile
@@ -116,6 +116,36 @@ def test_a_frozen_view_is_left_out_and_named():
     assert [w for w in second.slopes.warnings if f"view {frozen} " in w and "repeats" in w]
     error = np.abs(second.slopes.slope_px - true_slope_px(after, SHAPE))
     assert float(np.mean(~(error <= 0.5))) < 0.12
+
+
+@pytest.mark.slow
+def test_a_view_off_its_place_is_named_once_and_followed():
+    wide = "slopes.range_px=[-8.0, 12.0]"
+    right, told = (
+        load_profile("sim", [wide]),
+        load_profile("sim", [wide, "views.left.y_steps=0.04"]),
+    )
+    still = scene(-4.0, 6.0, left=True)
+    stream = [multiview(right, still, n) for n in range(3)]
+    names = tuple(view.name for view in right.views)
+
+    def measured(profile: Profile) -> list[Measured]:
+        return list(run_capture(Rectifier(profile), Sequence(names, stream), None, CaptureTally()))
+
+    wrong = measured(told)
+    left = names.index("left")
+    first, *others = (m.slopes for m in wrong)
+    assert first.placement is not None
+    assert first.placement.misplaced.tolist() == [name == "left" for name in names]
+    assert first.placement.steps[left, 1] == pytest.approx(-0.04, abs=0.01)
+    assert any(f"view {left} " in warning for warning in first.warnings)
+    assert all(slopes.placement is None and not slopes.warnings for slopes in others)
+    truth = true_slope_px(still, SHAPE)
+    errors = [
+        float(np.nanmedian(np.abs(run[-1].slopes.slope_px - truth)))
+        for run in (wrong, measured(right))
+    ]
+    assert errors[0] < 1.3 * errors[1]
 
 
 def test_a_frozen_reference_is_refused():
