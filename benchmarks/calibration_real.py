@@ -28,7 +28,7 @@ from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.sighting import Sighting
-from rig.hardware import open_camera
+from rig.hardware.opening import open_camera
 from rig.profile.load import load_profile
 from rig.target import target_of
 

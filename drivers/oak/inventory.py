@@ -2,38 +2,21 @@
 
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-
-from pydantic import TypeAdapter, ValidationError
+from typing import TYPE_CHECKING
 
 from drivers.permission import why_not_permitted
 from drivers.usb import MOVIDIUS, UsbDevice, usb_devices
 from rig.errors import ConfigError, DeviceNotFoundError
-from rig.profile.model import Model
+
+if TYPE_CHECKING:
+    from drivers.oak.answer import Answer
 
 _HEAD_START = 0.95
 """Share of the time within which DepthAI has to answer, so that its silence is told as such."""
 _RULES = "docs/how-to/udev/80-oak.rules"
-
-
-class Answer(Model):
-    """One device as `python -m drivers.oak` prints it; see `FoundOak`."""
-
-    device_id: str
-    name: str
-    protocol: str
-    problem: str | None
-
-
-class Failure(Model):
-    """What it prints instead of a list."""
-
-    error: str
-    installed: bool
-
-
-_ANSWER: TypeAdapter[list[Answer] | Failure] = TypeAdapter(list[Answer] | Failure)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +49,7 @@ def list_oaks(timeout_s: float) -> tuple[ListedOak, ...]:
         return tuple(ListedOak(d.place, _named(d), (), str(error)) for d in on_usb)
 
 
-def joined(answers: Sequence[Answer], on_usb: Sequence[UsbDevice]) -> tuple[ListedOak, ...]:
+def joined(answers: Sequence["Answer"], on_usb: Sequence[UsbDevice]) -> tuple[ListedOak, ...]:
     """Join what DepthAI found with what the kernel sees on USB.
 
     Args:
@@ -97,41 +80,21 @@ def _named(device: UsbDevice) -> str:
     return f"{device.name or 'OAK'} on USB {device.vendor}:{device.product}"
 
 
-def _ask(timeout_s: float) -> list[Answer]:
+def _ask(timeout_s: float) -> list["Answer"]:
     command = [sys.executable, "-P", "-m", "drivers.oak"]
-    try:
-        done = subprocess.run(  # noqa: S603 - our own module
-            command,
-            capture_output=True,
-            text=True,
-            timeout=_HEAD_START * timeout_s,
-            check=False,
-        )
-    except subprocess.TimeoutExpired as error:
-        raise DeviceNotFoundError(
-            "OAK",
-            f"DepthAI did not list its devices within {timeout_s:.1f} s; its first start is slow: "
-            "try again, or give it more time with --timeout-s",
-        ) from error
-    return parse_answer(done.stdout, done.returncode)
+    deadline_s = time.monotonic() + _HEAD_START * timeout_s
+    with subprocess.Popen(  # noqa: S603 - our own module
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as asked:
+        from drivers.oak.answer import parse_answer  # noqa: PLC0415 - while DepthAI is imported
 
-
-def parse_answer(text: str, code: int) -> list[Answer]:
-    """Return the devices in the last line that `python -m drivers.oak` printed.
-
-    Raises:
-        ConfigError: the extra is not installed.
-        DeviceNotFoundError: the search failed.
-    """
-    lines = text.strip().splitlines()
-    try:
-        answer = _ANSWER.validate_json(lines[-1] if lines else "")
-    except ValidationError as error:
-        raise DeviceNotFoundError(
-            "OAK", f"DepthAI ended with code {code} and no list of devices; try again"
-        ) from error
-    if not isinstance(answer, Failure):
-        return answer
-    if not answer.installed:
-        raise ConfigError(answer.error)
-    raise DeviceNotFoundError("OAK", answer.error)
+        try:
+            text, _ = asked.communicate(timeout=max(0.0, deadline_s - time.monotonic()))
+        except subprocess.TimeoutExpired as error:
+            asked.kill()
+            raise DeviceNotFoundError(
+                "OAK",
+                f"DepthAI did not list its devices within {timeout_s:.1f} s; its first start is "
+                "slow: try again, or give it more time with --timeout-s",
+            ) from error
+    return parse_answer(text, asked.returncode)

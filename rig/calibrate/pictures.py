@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from rig.devices import Camera
 from rig.frames import MultiView
-from rig.hardware import Hardware
+from rig.hardware.opening import Hardware
 from rig.plan import even_distances_mm
 from rig.profile import SweepConfig
 

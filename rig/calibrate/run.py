@@ -24,7 +24,7 @@ from rig.frames import GreyImage
 from rig.geometry.calibration import Calibration
 from rig.geometry.rig_geometry_json import geometry_to_json
 from rig.geometry.targets import Target
-from rig.hardware import open_camera, open_hardware
+from rig.hardware.opening import open_camera, open_hardware
 from rig.interrupts import Interrupts
 from rig.profile import FolderCameraConfig, Profile
 from rig.report.calibration.shown import ShownCalibration

@@ -17,7 +17,7 @@ from rig.curve import Curve
 from rig.devices import Camera, Clock, Stage
 from rig.errors import DeviceError, RigError, ViewSkewError
 from rig.frames import MultiView
-from rig.hardware import Answers
+from rig.hardware.opening import Answers
 from rig.profile import FolderCameraConfig, Profile, RecordingCameraConfig
 from rig.rectified import Rectifier
 from rig.standstill import stopped

@@ -64,7 +64,7 @@ def capture(
     from rig.cli.output import show_json, tell
     from rig.cli.progress import FrameProgress
     from rig.cli.stored import find_curve, find_rectifier, new_folder
-    from rig.hardware import open_camera
+    from rig.hardware.opening import open_camera
     from rig.profile.load import load_profile
 
     profile = load_profile(profile_name, overrides or ())

@@ -36,7 +36,7 @@ def check(
     from rig.check.run import CheckRequest, check_rig
     from rig.cli.stored import curve_or_reason, drift_against, find_rectifier
     from rig.errors import StoreError
-    from rig.hardware import open_what_answers
+    from rig.hardware.opening import open_what_answers
     from rig.interrupts import Interrupts
     from rig.profile.load import load_profile
     from rig.rectified import Rectifier

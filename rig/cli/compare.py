@@ -62,7 +62,7 @@ def compare(
     from rig.cli.stored import find_curve, find_rectifier, new_folder
     from rig.compare.run import CompareRequest, compare_methods
     from rig.database import open_store
-    from rig.hardware import open_camera
+    from rig.hardware.opening import open_camera
     from rig.profile.load import load_profile
 
     profile = load_profile(profile_name, overrides or ())

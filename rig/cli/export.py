@@ -177,7 +177,7 @@ def _flash(device: str, backup: Path, write: "Callable[[Path | None], Exported]"
     """Save what a device holds, change its cameras only, and put it back."""
     import json
 
-    from rig.hardware import oak_eeprom
+    from rig.hardware.opening import oak_eeprom
 
     with oak_eeprom(device) as eeprom:
         eeprom.save(backup)

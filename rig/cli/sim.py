@@ -51,7 +51,7 @@ def stage(
     Opening the port resets a GRBL or Marlin controller, as on a real board; home it first
     (GRBL $H, Zaber /1 1 home, Marlin G28 X).
     """
-    from rig.hardware import serve_simulated_stage
+    from rig.hardware.opening import serve_simulated_stage
     from rig.interrupts import Interrupts
     from rig.profile.load import load_profile
 

@@ -69,7 +69,7 @@ def sweep(
     """
     from rig.cli.progress import Progress
     from rig.database import open_store
-    from rig.hardware import open_hardware
+    from rig.hardware.opening import open_hardware
     from rig.profile.load import load_profile
     from rig.report import write_report
     from rig.sweep.request import SweepRequest, plan_of, planned_times

@@ -9,7 +9,7 @@ from rig.calibrations import calibration_of, chosen_calibration
 from rig.database import Measurement, SampleKey, Store, software_versions
 from rig.devices import SystemClock
 from rig.errors import ConfigError, RigError, StoreError, TargetError
-from rig.hardware import Hardware
+from rig.hardware.opening import Hardware
 from rig.interrupts import Interrupts
 from rig.plan import Stop
 from rig.profile import Profile

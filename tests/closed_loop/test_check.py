@@ -17,7 +17,7 @@ from rig.curve import Curve, fit_curve
 from rig.devices import Stage
 from rig.errors import RigError, StoreError
 from rig.frames import MultiView
-from rig.hardware import Answers
+from rig.hardware.opening import Answers
 from rig.profile import GrblStageConfig, Profile, SimCameraConfig
 from rig.profile.load import load_profile
 from rig.rectified import Rectifier

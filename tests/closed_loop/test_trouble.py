@@ -18,7 +18,7 @@ from rig.errors import (
     StageAlarmError,
     StoreError,
 )
-from rig.hardware import Hardware
+from rig.hardware.opening import Hardware
 from rig.profile import (
     MarlinStageConfig,
     Profile,

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from rig.devices import SystemClock
-from rig.hardware import open_hardware
+from rig.hardware.opening import open_hardware
 from rig.recording import RecordingWriter
 from rig.sweep.take import SweepTimes, run_sweep
 from sim.carriage import Carriage

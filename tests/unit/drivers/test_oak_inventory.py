@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.oak.inventory import Answer, joined, list_oaks, parse_answer
+from drivers.oak.answer import Answer, parse_answer
+from drivers.oak.inventory import joined, list_oaks
 from drivers.usb import MOVIDIUS, UsbDevice, usb_devices
 from rig.errors import ConfigError, DeviceNotFoundError
 

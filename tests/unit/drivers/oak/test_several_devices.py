@@ -2,7 +2,7 @@
 
 import itertools
 
-from rig.hardware import open_camera
+from rig.hardware.opening import open_camera
 from tests.support.oak import OakRig, oak_config
 
 TWO = ('camera.sockets.left="second/CAM_A"', 'camera.sockets.top="second/CAM_B"')
