@@ -1,7 +1,7 @@
 """Several devices opened and closed at the same time."""
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from threading import Barrier
 from typing import Protocol, runtime_checkable
 
@@ -46,13 +46,17 @@ def open_together(devices: Sequence[Device], *, name: str) -> None:
         RigError: what the one device that did not open raised; all others were closed again.
         DeviceNotFoundError: several did not open; the message tells of each.
     """
-    with ThreadPoolExecutor(max_workers=max(1, len(devices))) as pool:
-        opening = [pool.submit(device.__enter__) for device in devices]
+    opening: list[Future[Device]] = []
+    try:
+        with ThreadPoolExecutor(max_workers=max(1, len(devices))) as pool:
+            opening += [pool.submit(device.__enter__) for device in devices]
+    except BaseException:  # Ctrl-C while they open: wait for them, and leave none open
+        _close_opened(devices, opening)
+        raise
     errors = [error for future in opening if (error := future.exception()) is not None]
     if not errors:
         return
-    pairs = zip(devices, opening, strict=True)
-    close_together([device for device, future in pairs if future.exception() is None])
+    _close_opened(devices, opening)
     if len(errors) == 1 or not all(isinstance(error, DeviceError) for error in errors):
         raise errors[0]
     raise DeviceNotFoundError(
@@ -60,6 +64,11 @@ def open_together(devices: Sequence[Device], *, name: str) -> None:
         f"{len(errors)} of {len(devices)} did not open: "
         + "; ".join(str(error) for error in errors),
     )
+
+
+def _close_opened(devices: Sequence[Device], opening: Sequence[Future[Device]]) -> None:
+    pairs = zip(devices, opening, strict=False)
+    close_together([device for device, future in pairs if future.exception() is None])
 
 
 def close_together(devices: Sequence[Device]) -> None:

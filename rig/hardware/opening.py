@@ -39,7 +39,10 @@ class Hardware:
 
 @contextmanager
 def open_hardware(profile: Profile) -> Generator[Hardware]:
-    """Open stage, then camera, of a profile; close both whatever happens.
+    """Open stage and camera of a profile; close both whatever happens.
+
+    Real devices are opened side by side, which takes as long as the slowest; what is simulated
+    shares one world and one clock, and is opened in order.
 
     Raises:
         ConfigError: the profile has no stage.
@@ -49,8 +52,16 @@ def open_hardware(profile: Profile) -> Generator[Hardware]:
         raise ConfigError(f"profile {profile.name}: has no [stage]; a sweep needs one")
     with ExitStack() as stack:
         bench = _Bench(profile, stack, uses_stage=True)
-        stage = stack.enter_context(bench.stage(profile.stage))
-        camera = stack.enter_context(bench.camera())
+        stage, camera = bench.stage(profile.stage), bench.camera()
+        if profile.is_simulated(with_stage=True):
+            stack.enter_context(stage)
+            stack.enter_context(camera)
+        else:
+            from drivers.together import open_together
+
+            open_together((stage, camera), name=f"profile {profile.name}")
+            stack.push(stage)
+            stack.push(camera)
         yield Hardware(camera, stage, bench.clock)
 
 
