@@ -107,6 +107,7 @@ def sweep_and_conclude(
         sweep_id = job.sweep_id if job.sweep_id is not None else _begin(job, hardware, store)
         try:
             if job.sweep_id is not None:
+                _measure_left_over(job, store)
                 _measure_old_distance_again(job, setup, hardware, store, tell)
             times = _take_all(job, sweep_id, setup, hardware, store, interrupts, show_progress)
         except BaseException as error:
@@ -184,14 +185,10 @@ def _take_all(
     done: dict[int, set[int]] = {}
     for sample in stored:
         done.setdefault(sample.stop.index, set()).add(sample.number)
-    measured = store.measurements(sweep_id)
     times = SweepTimes(is_simulated=not isinstance(hardware.clock, SystemClock))
     count = len(stored)
     begun_s = hardware.clock.now_s()
     with MeasuringThread(job.rectifier) as measuring:
-        for sample in stored:  # taken before an interruption, but not measured
-            if sample.key not in measured:
-                measuring.submit(sample.key, store.load(sample).stack())
         for taken in run_sweep(
             job.stops,
             stage=hardware.stage,
@@ -221,6 +218,17 @@ def _take_all(
             store.save_measurements(sweep_id, {key: measurement})
     times.total_s = hardware.clock.now_s() - begun_s
     return times
+
+
+def _measure_left_over(job: SweepJob, store: Store) -> None:
+    """Measure what was taken before an interruption: the last distance may be among it."""
+    if job.sweep_id is None:
+        return
+    measured = store.measurements(job.sweep_id)
+    for sample in store.samples(job.sweep_id):
+        if sample.key not in measured:
+            found = measure_sample(job.rectifier, store.load(sample).stack())
+            store.save_measurements(job.sweep_id, {sample.key: found})
 
 
 def _measure_old_distance_again(
