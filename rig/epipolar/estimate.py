@@ -18,6 +18,7 @@ from rig.epipolar.occlusion import hidden_points
 from rig.epipolar.photometry import equalise
 from rig.epipolar.placement import Placement, on_their_lines
 from rig.epipolar.placement_fit import find_placement
+from rig.epipolar.sampling import pad
 from rig.epipolar.scales import Scales, stabilise
 from rig.epipolar.search import Effort, effort_of, search
 from rig.epipolar.sides import choose_sides
@@ -91,7 +92,8 @@ def estimate_slopes(
         images = on_their_lines(images, views.beside_px)
     _smooth(images, scales.prefilter_px)
     effort = effort_of(cameras, window)
-    slope = search(images, cameras, window, scales)
+    splines = pad(images, cameras.x_steps, cameras.y_steps)
+    slope = search(images, cameras, window, scales, splines)
     if effort is not Effort.FOLLOWED and is_one_sided(cameras):
         slope = window.hold(fill_unshared(images, slope, cameras, window, scales))
     movable = window.is_wider(_JUMP_LABELS * cameras.step_px)
@@ -108,7 +110,7 @@ def estimate_slopes(
         lines = replace(lines, slope_px=slope + move_px)
         stitched, _, _ = _stitch(slope, lines, grey, cameras, far)
         slope = window.hold(stitched)
-    slope = window.hold(choose_sides(images, slope, movable, cameras, scales))
+    slope = window.hold(choose_sides(splines, grey, slope, movable, cameras, scales))
     covered, hidden = hidden_points(
         slope, views.x_steps, views.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px
     )

@@ -124,9 +124,14 @@ def _measure(
                 least[u] = min(least[u], middle[u])
                 most[u] = max(most[u], middle[u])
         for j in range(columns):
-            first, last = j * block, (j + 1) * block
-            differences[i, j] = sums[0, first:last].sum() / count
-            grey[i, j] = sums[1, first:last].sum() / count
-            square[i, j] = sums[2, first:last].sum() / count
-            low[i, j] = sums[3, first:last].min()
-            high[i, j] = sums[4, first:last].max()
+            size_of_all = total_of_all = squares_of_all = np.float32(0)
+            lowest, highest = sums[3, j * block], sums[4, j * block]
+            for u in range(j * block, (j + 1) * block):
+                size_of_all += sums[0, u]
+                total_of_all += sums[1, u]
+                squares_of_all += sums[2, u]
+                lowest, highest = min(lowest, sums[3, u]), max(highest, sums[4, u])
+            differences[i, j] = size_of_all / count
+            grey[i, j] = total_of_all / count
+            square[i, j] = squares_of_all / count
+            low[i, j], high[i, j] = lowest, highest

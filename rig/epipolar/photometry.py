@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rig.epipolar.bands import run_in_bands
 from rig.epipolar.gains import Gains, fit_gains, middle
 from rig.epipolar.rank import mean
-from rig.epipolar.sampling import sample_views
+from rig.epipolar.sampling import pad, sample_views
 from rig.epipolar.scales import Scales
 from rig.epipolar.search import search, wide_share
 from rig.epipolar.shrink import shrink
@@ -102,9 +102,11 @@ def _match_pairs(
     stride = _stride(height, width)
     grid = np.mgrid[stride // 2 : height : stride, stride // 2 : width : stride]
     rows, columns = grid.reshape(2, -1)
+    padded = pad(images, cameras.x_steps, cameras.y_steps)
     seen, grey = sample_views(
-        images, cameras.x_steps, cameras.y_steps, rows, columns, slope_px[rows, columns]
-    )
+        padded, slope_px.shape, cameras.x_steps, cameras.y_steps, rows, columns,
+        slope_px[rows, columns],
+    )  # fmt: skip
     target = grey[cameras.reference]
     useful = seen & (grey < _CLIPPED * clips[:, None])
     useful &= useful[cameras.reference]

@@ -43,7 +43,8 @@ def pad(
 
 
 def sample_views(
-    images: NDArray[np.float32],
+    padded: NDArray[np.float32],
+    shape: tuple[int, int],
     x_steps: NDArray[np.float64],
     y_steps: NDArray[np.float64],
     rows: NDArray[np.int64],
@@ -53,15 +54,15 @@ def sample_views(
     """Whether each view shows some reference pixels, and with which grey values, both (V, N).
 
     Args:
-        images: (V, H, W).
+        padded: coefficients of the views, see `pad`.
+        shape: height and width of the views, px.
         x_steps: (V,) view columns, view steps.
         y_steps: (V,) view rows, view steps.
         rows: (N,) rows in the reference view.
         columns: (N,) columns in the reference view.
         slope_px: (N,) slope of each of them.
     """
-    views, height, width = images.shape
-    padded = pad(images, x_steps, y_steps)
+    views, (height, width) = len(padded), shape
     xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
     u, v = columns.astype(np.float32), rows.astype(np.float32)
     grey, tilt, seen = np.empty((3, views, len(rows)), np.float32)

@@ -16,7 +16,7 @@ from rig.epipolar.halves import HALVES, assign_halves
 from rig.epipolar.median import guided_median, near_jumps
 from rig.epipolar.narrow import narrow_costs
 from rig.epipolar.rank import median_of_nine
-from rig.epipolar.sampling import sample_views
+from rig.epipolar.sampling import pad, sample_views
 from rig.epipolar.scales import Scales, measure_scales
 from rig.epipolar.shrink import grow, shrink
 from rig.epipolar.sweep import sweep_costs
@@ -64,9 +64,21 @@ def _is_wide(window: Window, cameras: Cameras) -> NDArray[np.bool_]:
 
 
 def search(
-    images: NDArray[np.float32], cameras: Cameras, window: Window, scales: Scales
+    images: NDArray[np.float32],
+    cameras: Cameras,
+    window: Window,
+    scales: Scales,
+    splines: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
-    """Slope of every pixel to within about a label, (H, W), inside its window."""
+    """Slope of every pixel to within about a label, (H, W), inside its window.
+
+    Args:
+        images: (V, H, W), equalised grey values.
+        cameras: where the views stand.
+        window: the slopes to search.
+        scales: grey scales of the images.
+        splines: what `rig.epipolar.sampling.pad` makes of them, if there already.
+    """
     wide = _is_wide(window, cameras)
     match effort_of(cameras, window):
         case Effort.FULL:
@@ -74,7 +86,9 @@ def search(
         case Effort.COARSE:
             return np.where(wide, _search_coarse(images, cameras, window, 2), window.expected_px)
         case Effort.FOLLOWED if wide.any():
-            return _search_few(images, cameras, window, wide)
+            if splines is None:
+                splines = pad(images, cameras.x_steps, cameras.y_steps)
+            return _search_few(images, splines, cameras, window, wide)
         case Effort.FOLLOWED if window.widest_px() > cameras.step_px:
             return _search_narrow(images, cameras, window, scales)
         case Effort.FOLLOWED:
@@ -120,7 +134,11 @@ def _search_narrow(
 
 
 def _search_few(
-    images: NDArray[np.float32], cameras: Cameras, window: Window, wide: NDArray[np.bool_]
+    images: NDArray[np.float32],
+    splines: NDArray[np.float32],
+    cameras: Cameras,
+    window: Window,
+    wide: NDArray[np.bool_],
 ) -> NDArray[np.float32]:
     """Search scattered pixels in small images; take what clearly fits better than expected."""
     rows, columns = np.divmod(np.flatnonzero(wide), wide.shape[1])
@@ -133,14 +151,16 @@ def _search_few(
         small.ravel()[blocks], window.low_px[rows, columns], window.high_px[rows, columns]
     )
     both = np.concatenate([expected, found])
-    old, new = np.split(_misfit(images, cameras, np.tile(rows, 2), np.tile(columns, 2), both), 2)
+    twice = np.tile(rows, 2), np.tile(columns, 2)
+    old, new = np.split(_misfit(splines, wide.shape, cameras, *twice, both), 2)
     slope = window.expected_px.copy()
     slope[rows, columns] = np.where(new < _CLEARLY * old, found, expected)
     return slope
 
 
 def _misfit(
-    images: NDArray[np.float32],
+    splines: NDArray[np.float32],
+    shape: tuple[int, int],
     cameras: Cameras,
     rows: NDArray[np.int64],
     columns: NDArray[np.int64],
@@ -148,7 +168,8 @@ def _misfit(
 ) -> NDArray[np.float32]:
     """Mean grey difference of the best half that sees each pixel of a list, (N,)."""
     half = assign_halves(cameras.x_steps, cameras.y_steps)
-    seen, grey = sample_views(images, cameras.x_steps, cameras.y_steps, rows, columns, slope_px)
+    steps = cameras.x_steps, cameras.y_steps
+    seen, grey = sample_views(splines, shape, *steps, rows, columns, slope_px)
     difference = np.where(seen, np.abs(grey - grey[cameras.reference]), np.float32(0))
     total = np.zeros((HALVES, len(rows)), np.float32)
     count = np.zeros((HALVES, len(rows)), np.float32)

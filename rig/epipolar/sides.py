@@ -16,7 +16,7 @@ from rig.epipolar.bands import run_in_bands
 from rig.epipolar.halves import HALVES, assign_halves
 from rig.epipolar.kernel import kernel
 from rig.epipolar.rank import highest, lowest
-from rig.epipolar.sampling import pad, sample_points
+from rig.epipolar.sampling import sample_points
 from rig.epipolar.scales import Scales
 from rig.epipolar.window import Cameras
 
@@ -29,7 +29,8 @@ _UNSEEN = np.float32(1e6)
 
 
 def choose_sides(
-    images: NDArray[np.float32],
+    splines: NDArray[np.float32],
+    grey: NDArray[np.float32],
     slope_px: NDArray[np.float32],
     movable: NDArray[np.bool_],
     cameras: Cameras,
@@ -38,7 +39,8 @@ def choose_sides(
     """Move pixels near jumps to the side that their own lines clearly prefer, (H, W).
 
     Args:
-        images: (V, H, W) equalised grey values.
+        splines: what `rig.epipolar.sampling.pad` makes of the equalised views.
+        grey: (H, W) reference view.
         slope_px: (H, W) slope so far, px per view step.
         movable: (H, W) pixels that may change sides.
         cameras: where the views stand.
@@ -48,10 +50,8 @@ def choose_sides(
     near = high - low > np.float32(_JUMP_LABELS * cameras.step_px)
     rows, columns = np.divmod(np.flatnonzero(near & movable), slope_px.shape[1])
     limit = np.float32(_LIMIT * scales.doubt)
-    padded = pad(images, cameras.x_steps, cameras.y_steps)
     half = assign_halves(cameras.x_steps, cameras.y_steps)
     x_steps, y_steps = cameras.x_steps.astype(np.float32), cameras.y_steps.astype(np.float32)
-    grey = images[cameras.reference]
     sides = np.empty((2, len(rows)), np.float32)
     preference = np.zeros(slope_px.shape, np.float32)
     result = slope_px.copy()
@@ -60,7 +60,7 @@ def choose_sides(
         part = slice(start, stop)
         _find_sides(slope_px, low, high, rows[part], columns[part], sides[:, part])
         _prefer(
-            padded, grey, x_steps, y_steps, half, rows[part], columns[part], sides[:, part], limit,
+            splines, grey, x_steps, y_steps, half, rows[part], columns[part], sides[:, part], limit,
             preference,
         )  # fmt: skip
 

@@ -18,7 +18,8 @@ def sample_everywhere(
     rows, columns = (index.astype(np.int64).ravel() for index in (ROWS, COLUMNS))
     slope = np.full(rows.shape, slope_px, np.float32)
     steps = np.array([0.0, x_step]), np.array([0.0, y_step])
-    seen, grey = sample_views(np.stack([IMAGE, IMAGE]), *steps, rows, columns, slope)
+    splines = pad(np.stack([IMAGE, IMAGE]), *steps)
+    seen, grey = sample_views(splines, IMAGE.shape, *steps, rows, columns, slope)
     assert np.allclose(grey[0], IMAGE.ravel(), atol=2e-3)
     return seen[1].reshape(IMAGE.shape), grey[1].reshape(IMAGE.shape)
 

@@ -3,6 +3,7 @@ from numpy.typing import NDArray
 
 from rig.epipolar.photometry import equalise
 from rig.epipolar.rank import highest
+from rig.epipolar.sampling import pad
 from rig.epipolar.scales import measure_scales
 from rig.epipolar.sides import choose_sides
 from rig.epipolar.window import Cameras, window_of
@@ -14,7 +15,9 @@ def choose(scene: Scene, slope_px: NDArray[np.float32]) -> NDArray[np.float32]:
     window = window_of(scene.views.shape, scene.range_px, None)
     images, _ = equalise(scene.views.images, cameras, window)
     movable = np.ones(slope_px.shape, np.bool_)
-    return choose_sides(images, slope_px, movable, cameras, measure_scales(images, 1))
+    splines = pad(images, cameras.x_steps, cameras.y_steps)
+    scales = measure_scales(images, 1)
+    return choose_sides(splines, images[1], slope_px, movable, cameras, scales)
 
 
 def test_a_fattened_foreground_goes_back_to_its_edge(ball: Scene) -> None:
