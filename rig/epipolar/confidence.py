@@ -14,7 +14,7 @@ _FILL_REACH_PX = 32
 
 _CONTRADICTION = 0.55 * MISFIT_LIMIT
 _SPOT_RADIUS_PX, _REGION_RADIUS_PX, _REGION_SHARE = 2, 15, 0.3
-_START_ERROR, _HOLD_RADIUS_PX = 0.2, 3
+_START_ERROR, _HOLD_RADIUS_PX = 0.15, 3
 """Error of the slope before the line fit, in labels, 1 sigma."""
 _SIDE_RADIUS_PX, _SIDE_SHARE, _SIDE_LABELS = 2, np.float32(0.3), 0.7
 """About a tenth of the pixels so close to a jump lie on the wrong side: root of 0.1 of the jump."""

@@ -1,6 +1,6 @@
 """The dense slope estimator: from rectified views to slope, sigma and label of every pixel."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -36,9 +36,23 @@ _MEDIAN_ROUNDS = {Effort.FOLLOWED: 1, Effort.COARSE: 1, Effort.FULL: 2}
 _JUMP_LABELS = 3.0
 """A pixel whose window is narrower than this cannot change to the other side of a jump."""
 _STITCH_RADIUS_PX, _STITCH_STRIDE_PX = 6, 2
-_FAR_START_PX = 0.5 * LABEL_SHIFT_PX
-"""Error of slopes found at half size, as a shift in the outermost view."""
-_COVERED_LABELS = 1.5
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """What slopes are like that come straight from a search."""
+
+    error_px: float
+    """As a shift in the outermost view, 1 sigma."""
+    mended: float
+    """How much of it the line fit mends: the power of the reply by which steps are made longer. At
+    1 nothing is left, and the noise of the lines grows most."""
+
+
+_NEAR = _Found(0.25 * LABEL_SHIFT_PX, mended=0.5)
+_FAR = _Found(0.5 * LABEL_SHIFT_PX, mended=1.0)
+"""At full size and at half size."""
+_COVERED_LABELS = 1.0
 """Difference of slope, labels, from which a nearer surface covers what is behind it."""
 
 
@@ -101,21 +115,15 @@ def estimate_slopes(
     slope = _settle_edges(slope, grey, movable, cameras, scales, _MEDIAN_ROUNDS[effort])
     slope = window.hold(slope)
     if effort is Effort.COARSE:
-        # A start at half size may be farther away than one step reaches, and its error follows the
-        # fraction of a pixel: nothing of it may stay.
         nowhere = np.zeros(images.shape, np.bool_)
-        far = replace(scales, start_error_px=_FAR_START_PX)
-        lines = _fit(images, slope, nowhere, cameras, far)
-        move_px = (lines.slope_px - slope) / np.float32(reply_share(lines, far))
-        lines = replace(lines, slope_px=slope + move_px)
-        stitched, _, _ = _stitch(slope, lines, grey, cameras, far)
+        _, (stitched, _, _) = _refine(images, slope, nowhere, cameras, scales, _FAR)
         slope = window.hold(stitched)
     slope = window.hold(choose_sides(splines, grey, slope, movable, cameras, scales))
     covered, hidden = hidden_points(
         slope, views.x_steps, views.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px
     )
-    lines = _fit(images, slope, covered, cameras, scales)
-    stitched, variance, misfit = _stitch(slope, lines, grey, cameras, scales)
+    found = _NEAR if effort is Effort.FULL else None
+    lines, (stitched, variance, misfit) = _refine(images, slope, covered, cameras, scales, found)
     slope = window.hold(stitched)
     placement = None
     if effort is not Effort.FOLLOWED and not trust_places:
@@ -123,15 +131,14 @@ def estimate_slopes(
     if placement is not None and placement.misplaced.any():
         warnings += placement.warnings(views.x_steps, views.y_steps)
         images, cameras = on_their_lines(images, placement.beside_px), _moved(cameras, placement)
-        lines = _fit(images, slope, covered, cameras, scales)
-        stitched, variance, misfit = _stitch(slope, lines, grey, cameras, scales)
+        lines, (stitched, variance, misfit) = _refine(images, slope, covered, cameras, scales)
         slope = window.hold(stitched)
     else:
         placement = None
     range_px = slope_range_px[1] - slope_range_px[0]
     variance *= np.float32(pooled_share(grey, scales, _STITCH_STRIDE_PX))
-    found = judge(slope, variance, misfit, lines, hidden, cameras.step_px, range_px, warnings)
-    return replace(found, placement=placement)
+    judged = judge(slope, variance, misfit, lines, hidden, cameras.step_px, range_px, warnings)
+    return replace(judged, placement=placement)
 
 
 def _cameras(views: RectifiedViews) -> Cameras:
@@ -158,23 +165,43 @@ def _settle_edges(
             grey,
             near_jumps(slope_px, 1.5 * cameras.step_px, _MEDIAN_RADIUS_PX) & movable,
             radius_px=_MEDIAN_RADIUS_PX,
-            grey_scale=2.0 * scales.likeness,
+            grey_scale=1.4 * scales.likeness,
         )
     return slope_px
 
 
-def _fit(
+def _refine(
     images: NDArray[np.float32],
     slope_px: NDArray[np.float32],
     covered: NDArray[np.bool_],
     cameras: Cameras,
     scales: Scales,
-) -> LineFits:
-    """Move every pixel's line one step towards its optimum."""
-    return fit_lines(
+    found: _Found | None = None,
+) -> tuple[LineFits, Stitched]:
+    """Move every pixel's line one step towards its optimum, and join the optima of neighbours.
+
+    A step falls short of the optimum, which does no harm where the start is as good as the line.
+    The error of a search follows the fraction of a pixel and the nearer surfaces around: where the
+    start comes from one, steps are made longer.
+
+    Args:
+        images: (V, H, W) equalised grey values.
+        slope_px: (H, W) start, px per view step.
+        covered: (V, H, W) whether a view shows a nearer surface in the place of the point.
+        cameras: where the views stand.
+        scales: grey scales of the images.
+        found: the search that the start comes from; None if it comes from lines already.
+    """
+    if found is not None:
+        scales = replace(scales, start_error_px=found.error_px)
+    lines = fit_lines(
         images, cameras.x_steps, cameras.y_steps, cameras.reference, slope_px, covered,
         scales.doubt, scales.derivative_variance, locking(scales), cameras.step_px,
     )  # fmt: skip
+    if found is not None:
+        longer = np.float32(1.0 / reply_share(lines, scales) ** found.mended)
+        lines = replace(lines, slope_px=slope_px + longer * (lines.slope_px - slope_px))
+    return lines, _stitch(slope_px, lines, images[cameras.reference], cameras, scales)
 
 
 def _stitch(
