@@ -6,16 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.geometry.calibration.linearise import Target, linearise
+from rig.geometry.calibration.motion import Motion, measure_motion, notice_motion
 from rig.geometry.calibration.observations import Observations
 from rig.geometry.calibration.priors import StageStops
 from rig.geometry.calibration.scatter import Scatter, measure_scatter, point_weights
 from rig.geometry.calibration.settle import Problem, settle
-from rig.geometry.calibration.unknowns import Free, StageLine, Unknowns, lay_out
+from rig.geometry.calibration.unknowns import POSE, Free, StageLine, Unknowns, lay_out
 
 Float = NDArray[np.float64]
 
 _MOST_ROUNDS = 12
 _MOST_COARSE_ROUNDS = 3
+_MOST_MOVING_ROUNDS = 40
+_LAST_FLOOR = 3
+"""Round after which floors stay: one of a few values, and what jumps does not settle."""
+DEBUG=False
 _STEPS_A_ROUND = 6
 _COARSE_DAMPING, _FINE_DAMPING = 1e-4, 1e-8
 _COARSE, _FINE = 0.1, 2e-3
@@ -33,6 +38,8 @@ class Adjusted:
     scatter: Scatter
     weight: Float
     """(M,) inverse variances; 0 for outliers."""
+    motion: Motion | None = None
+    """Of the board between views; None where they show it at rest."""
 
 
 def adjust(
@@ -64,8 +71,48 @@ def readjust(
     stops: StageStops | None,
     free: Free,
 ) -> Adjusted:
-    """Solve everything that is free from a start near the answer."""
-    return _rounds(observed, target, near, reference, stops, free, reject=True)
+    """Solve everything that is free from a start near the answer.
+
+    Where views of one picture then disagree about the board by more than chance, the board moved
+    between them, and the solve is done again with motions.
+    """
+    rested = _rounds(
+        observed, target, replace(near, motion=None), reference, stops, free, reject=True
+    )
+    problem = rested.problem
+    resting = np.zeros(len(observed.pictures), bool)
+    if stops is not None:
+        resting[stops.picture] = True
+    linear = linearise(observed, target, rested.at)
+    motion = notice_motion(problem, rested.at, linear, rested.weight, resting)
+    if motion is None:
+        return rested
+    return _moving_rounds(rested, motion, resting)
+
+
+def _moving_rounds(rested: Adjusted, motion: Motion, resting: NDArray[np.bool_]) -> Adjusted:
+    """Let weights, motions and unknowns settle each other."""
+    problem = rested.problem
+    observed, target = problem.observed, problem.target
+    at = replace(rested.at, motion=np.zeros((len(observed.view), POSE)))
+    residual_px, scatter, weight = rested.residual_px, rested.scatter, rested.weight
+    for turn in range(_MOST_MOVING_ROUNDS):
+        before, was = scatter, motion
+        problem = replace(problem, tie=motion.ties(at, target, observed))
+        at = settle(
+            problem, at, weight, _STEPS_A_ROUND, _COARSE_DAMPING if turn == 0 else _FINE_DAMPING
+        )
+        linear = linearise(observed, target, at)
+        residual_px = linear.residual_px
+        floor_px = scatter.floor_px if turn > _LAST_FLOOR else None
+        scatter = measure_scatter(observed, residual_px, len(at.lenses), floor_px)
+        weight = point_weights(scatter, reject=turn > 0)
+        motion = measure_motion(problem, at, linear, weight, motion, resting)
+        change = np.abs(np.log(scatter.sigma_px / before.sigma_px)).max()
+        if DEBUG: print(turn, change, motion.sigma, motion.taken, np.round(np.percentile(motion.picture_scale,[0,25,50,75,100]),2))
+        if change < _FINE and abs(motion.taken - was.taken) < _FINE * motion.taken:
+            break
+    return Adjusted(problem, at, residual_px, scatter, weight, motion)
 
 
 def _rounds(
@@ -90,7 +137,8 @@ def _rounds(
             problem, at, weight, _STEPS_A_ROUND, _COARSE_DAMPING if turn == 0 else _FINE_DAMPING
         )
         residual_px = linearise(observed, target, at).residual_px
-        scatter = measure_scatter(observed, residual_px, len(at.lenses))
+        floor_px = scatter.floor_px if turn > _LAST_FLOOR else None
+        scatter = measure_scatter(observed, residual_px, len(at.lenses), floor_px)
         change = np.abs(np.log(scatter.sigma_px / before.sigma_px)).max()
         if turn > 0 and change < (_FINE if reject else _COARSE):
             break

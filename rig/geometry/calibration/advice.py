@@ -95,6 +95,7 @@ def _candidates(adjusted: Adjusted, geometry: RigGeometry) -> tuple[list[PoseAdv
         board_rotation=np.stack(rotations),
         board_shift_mm=np.stack(shifts),
         stage=None,
+        motion=None,
     )
     return poses, at
 

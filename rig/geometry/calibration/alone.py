@@ -52,8 +52,9 @@ def fit_alone(adjusted: Adjusted) -> Alone:
         board_rotation=at.board_rotation[observed.picture],
         board_shift_mm=at.board_shift_mm[observed.picture],
         stage=None,
+        motion=None,
     )
-    each = replace(problem, observed=single, layout=layout, stops=None)
+    each = replace(problem, observed=single, layout=layout, stops=None, tie=None)
     rough = settle(each, common, observed.sigma_px**-2.0, _STEPS)
     residual_px = linearise(single, problem.target, rough).residual_px
     weight = point_weights(measure_scatter(single, residual_px, views), reject=True)

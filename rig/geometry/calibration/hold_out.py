@@ -32,16 +32,19 @@ def held_out_residuals(adjusted: Adjusted) -> Float:
     for number in range(int(fold.max()) + 1):
         out = fold == number
         weight = adjusted.weight[of_point != number]
-        taught = settle(_part(problem, ~out), adjusted.at.with_boards(~out), weight, _STEPS)
+        shown = out[observed.picture]
+        taught = settle(_part(problem, ~out), adjusted.at.with_boards(~out, ~shown), weight, _STEPS)
         unseen = _part(problem, out)
         layout = lay_out(taught.lenses, 0, Free(*[False] * 5), stage=unseen.stops is not None)
         unseen = replace(unseen, layout=layout)
-        shown = replace(
+        own = adjusted.at.with_boards(out, shown)
+        start = replace(
             taught,
-            board_rotation=adjusted.at.board_rotation[out],
-            board_shift_mm=adjusted.at.board_shift_mm[out],
+            board_rotation=own.board_rotation,
+            board_shift_mm=own.board_shift_mm,
+            motion=own.motion,
         )
-        placed = settle(unseen, shown, adjusted.weight[of_point == number], _STEPS)
+        placed = settle(unseen, start, adjusted.weight[of_point == number], _STEPS)
         linear = linearise(unseen.observed, unseen.target, placed)
         residual_px[of_point == number] = linear.residual_px
     return residual_px
@@ -54,7 +57,10 @@ def _part(problem: Problem, kept: NDArray[np.bool_]) -> Problem:
         on = kept[stops.picture]
         index = np.cumsum(kept) - 1
         stops = StageStops(index[stops.picture[on]], stops.position_mm[on])
-    return replace(problem, observed=problem.observed.of_pictures(kept), stops=stops)
+    tie = problem.tie
+    if tie is not None:
+        tie = tie[kept[problem.observed.picture]]
+    return replace(problem, observed=problem.observed.of_pictures(kept), stops=stops, tie=tie)
 
 
 def picture_squares_px2(adjusted: Adjusted, residual_px: Float) -> Float:

@@ -20,7 +20,9 @@ def accumulate(
     columns: Int,
     picture_count: int,
     count: int,
-) -> tuple[Float, Float, Float, Float, Float]:
+    tie: Float,
+    motion: Float,
+) -> tuple[Float, Float, Float, Float, Float, Float]:
     """Sum J^T W J and J^T W r of all sightings into blocks.
 
     Args:
@@ -33,10 +35,14 @@ def accumulate(
         columns: (V, C) place of the local columns among the shared unknowns, -1 held still.
         picture_count: N.
         count: P.
+        tie: (S, 6, 6) information that ties each sighting's own pose to its picture's; (0, 6, 6)
+            where a picture has one pose.
+        motion: (S, 6) from the picture's pose to that of each sighting; (0, 6) likewise.
 
     Returns:
         Shared block of each picture (N, P, P), its right side (N, P), the blocks between (N, 6, P),
-        the blocks of the poses (N, 6, 6) and their right sides (N, 6).
+        the blocks of the poses (N, 6, 6), their right sides (N, 6), and how the motion of each
+        sighting follows (S, 6, C + 7), see `_loosen`; (0, 6, C + 7) without ties.
     """
     width = jacobian.shape[2]
     local = width - 6
@@ -47,9 +53,12 @@ def accumulate(
     pull = np.zeros((picture_count, 6))
     gram = np.zeros((width, width))
     pulled = np.zeros(width)
+    follow = np.zeros((tie.shape[0], 6, width + 1))
     for s in range(view.size):
         rows = slice(start[s], start[s + 1])
         _sum_points(jacobian[rows], residual[rows], weight[rows], gram, pulled)
+        if tie.shape[0] > 0:
+            _loosen(gram, pulled, tie[s], motion[s], follow[s])
         n = picture[s]
         _add_block(gram, columns[view[s]], shared[n], between[n])
         for i in range(local):
@@ -57,7 +66,41 @@ def accumulate(
                 side[n, columns[view[s], i]] += pulled[i]
         pull[n] += pulled[local:]
         pose[n] += gram[local:, local:]
-    return shared, side, between, pose, pull
+    return shared, side, between, pose, pull, follow
+
+
+@kernel()
+def _loosen(gram: Float, pulled: Float, tie: Float, motion: Float, follow: Float) -> None:
+    """Eliminate a sighting's motion m, which `tie` holds near zero.
+
+    With H the block of the pose, the motion that fits best is m = F [0..0, 1] - F [shared, pose, 0]
+    for steps of the shared unknowns and of the picture's pose. What it takes away is the gram seen
+    through (H + tie)^-1: all of the pose's block where nothing ties, nothing where the tie is firm.
+
+    Args:
+        gram: (C + 6, C + 6) of one sighting, replaced.
+        pulled: (C + 6,), replaced.
+        tie: (6, 6).
+        motion: (6,) where the gram was taken.
+        follow: (6, C + 7) set to F = (H + tie)^-1 [gram of the pose, pulled at rest].
+    """
+    width = pulled.size
+    local = width - 6
+    for i in range(width):
+        for j in range(6):
+            pulled[i] += gram[i, local + j] * motion[j]
+    for i in range(6):
+        follow[i, :width] = gram[local + i]
+        follow[i, width] = pulled[local + i]
+    factor = gram[local:, local:] + tie
+    factorise(factor)
+    solve_factorised(factor, follow)
+    side = gram[:, local:].copy()
+    for i in range(width):
+        for k in range(6):
+            pulled[i] -= side[i, k] * follow[k, width]
+            for j in range(width):
+                gram[i, j] -= side[i, k] * follow[k, j]
 
 
 @kernel()

@@ -1,6 +1,7 @@
 """Which lens model predicts unseen pictures best."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,16 +62,7 @@ def with_lens(at: Unknowns, lens: LensModel, sizes_px: Sequence[tuple[int, int]]
     """Return a start with another lens model that maps every view as nearly alike as it can."""
     views = range(len(at.lenses))
     numbers = tuple(_refit(at.lenses[v], at.intrinsics[v], lens, sizes_px[v]) for v in views)
-    return Unknowns(
-        lenses=(lens,) * len(at.lenses),
-        intrinsics=numbers,
-        view_rotation=at.view_rotation,
-        view_shift_mm=at.view_shift_mm,
-        warp_mm=at.warp_mm,
-        board_rotation=at.board_rotation,
-        board_shift_mm=at.board_shift_mm,
-        stage=at.stage,
-    )
+    return replace(at, lenses=(lens,) * len(at.lenses), intrinsics=numbers)
 
 
 def _refit(old: LensModel, numbers: Float, new: LensModel, size_px: tuple[int, int]) -> Float:

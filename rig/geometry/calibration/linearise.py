@@ -69,9 +69,10 @@ def linearise(observed: Observations, target: Target, at: Unknowns) -> Linearise
     residual = np.empty_like(observed.xy_px)
     jacobian = np.empty((len(residual), 2, 4 + longest + POSE + WARP + POSE))
     sighting = observed.sighting_of_point
-    view, picture = observed.view[sighting], observed.picture[sighting]
-    turned = apply(at.board_rotation[picture], target.bent_mm(at.warp_mm)[observed.ids])
-    inner = turned + at.board_shift_mm[picture]
+    view = observed.view[sighting]
+    rotation, shift_mm = at.boards_shown(observed.picture)
+    turned = apply(rotation[sighting], target.bent_mm(at.warp_mm)[observed.ids])
+    inner = turned + shift_mm[sighting]
     bending = target.bending[observed.ids]
     for index, lens in enumerate(at.lenses):
         rows = np.flatnonzero(view == index)
@@ -86,7 +87,7 @@ def linearise(observed: Observations, target: Target, at: Unknowns) -> Linearise
         residual[rows] = np.where(ahead[:, None], observed.xy_px[rows] - projected, np.inf)
         chain(
             jacobian, rows, numbers, bent.xy, bent.by_xy, bent.by_coefficients, xy, depth, swung,
-            turned[rows], at.view_rotation[index], at.board_rotation[picture[rows]], bending[rows],
+            turned[rows], at.view_rotation[index], rotation[sighting[rows]], bending[rows],
             longest,
         )  # fmt: skip
     return Linearised(residual, jacobian)

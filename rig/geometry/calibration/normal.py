@@ -40,6 +40,8 @@ class Normal:
     """(N, 6, 6)."""
     pull: Float
     """(N, 6)."""
+    follow: Float
+    """(S, 6, C + 7) how motions follow from steps of local columns and pose; S = 0 at rest."""
 
     def reduced(self, damping: float = 0.0) -> "Reduced | None":
         """Eliminate the boards; None where a board's pose is not determined."""
@@ -107,6 +109,7 @@ def form(
     linear: Linearised,
     weight: Float,
     stops: StageStops | None,
+    tie: Float | None = None,
 ) -> Normal:
     """Sum the normal equations of points, priors and stage.
 
@@ -118,8 +121,11 @@ def form(
         linear: residuals and derivatives.
         weight: (M,) inverse variances, px^-2; 0 leaves a point out.
         stops: pictures on the stage, if one took part.
+        tie: (S, 6, 6) information that holds motions between views near zero; None where views
+            show a board at rest.
     """
-    shared, side, between, pose, pull = accumulate(
+    still = tie is None or at.motion is None
+    shared, side, between, pose, pull, follow = accumulate(
         linear.jacobian,
         linear.residual_px,
         weight,
@@ -129,6 +135,8 @@ def form(
         layout.sighting_columns,
         len(observed.pictures),
         layout.count,
+        np.zeros((0, POSE, POSE)) if still else tie,
+        np.zeros((0, POSE)) if still else at.motion,
     )
     if stops is not None:
         rows = stage_rows(at, stops)
@@ -142,4 +150,16 @@ def form(
                 "kia,kib->kab", by_stage, by_stage
             )
             side[np.ix_(picture, columns)] += np.einsum("kia,ki->ka", by_stage, rows.residual)
-    return Normal(shared, side, pull_of_shared(at, layout, target), between, pose, pull)
+    return Normal(shared, side, pull_of_shared(at, layout, target), between, pose, pull, follow)
+
+
+def follow_on(
+    normal: Normal, observed: Observations, layout: Layout, shared: Float, boards: Float
+) -> Float | None:
+    """Motions (S, 6) that fit best after a step of the shared unknowns (P,) and boards (N, 6)."""
+    if not len(normal.follow):
+        return None
+    full = np.concatenate([shared, [0.0]])  # index -1: held still
+    local = full[layout.sighting_columns[observed.view]]
+    step = np.concatenate([local, boards[observed.picture], -np.ones((len(local), 1))], axis=1)
+    return -np.einsum("sik,sk->si", normal.follow, step)

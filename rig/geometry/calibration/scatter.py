@@ -10,11 +10,13 @@ from rig.geometry.calibration.observations import Observations
 Float = NDArray[np.float64]
 
 FREEDOM = 8.0
-"""Student's t for the single point: weighs 3 % less well than squares if errors are normal."""
+"""Student's t for the single point, while the answer is far and nothing is rejected."""
 SIGHTING_FREEDOM = 40.0
 """How many residuals the belief is worth that a sighting scatters like the others of its view."""
 OUTLIER_SIGMAS = 5.0
 """Points farther from where they should be, in units of their sigma, take no part."""
+_FLOORS = np.array([0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0])
+"""Tried for a view, in typical sigmas of the detector; with 8 all points weigh alike."""
 _LEAST_SCALE = 1e-9
 _MEDIAN_SQUARE = 2.0 * np.log(2.0)
 """Median of the squared length of a normal error in two dimensions."""
@@ -24,8 +26,11 @@ _MEDIAN_SQUARE = 2.0 * np.log(2.0)
 class Scatter:
     """Scales of the residuals."""
 
+    floor_px: Float
+    """(V,) added in squares to what the detector says before it is scaled: lenses, boards and
+    prints are not quite as modelled, however sharp a corner is."""
     view_scale: Float
-    """(V,) true sigma over the detector's, of each view."""
+    """(V,) true sigma over the detector's with its floor, of each view."""
     sighting_scale: Float
     """(S,) a sighting's own factor on top of its view's: 1 is like the others."""
     sigma_px: Float
@@ -34,18 +39,30 @@ class Scatter:
     """(M,) residual length over sigma."""
 
 
-def measure_scatter(observed: Observations, residual_px: Float, view_count: int) -> Scatter:
+def measure_scatter(
+    observed: Observations, residual_px: Float, view_count: int, floor_px: Float | None = None
+) -> Scatter:
     """Estimate scales from medians, so that a share of bad points and sightings does not matter.
 
     A sighting's own scale is shrunk towards that of its view as an inverse-gamma prior would.
+
+    Args:
+        observed: M points in S sightings.
+        residual_px: (M, 2).
+        view_count: V.
+        floor_px: (V,) to keep; measured if it is not given.
     """
-    square = np.sum(residual_px**2, axis=1) / observed.sigma_px**2
+    length_px2 = np.sum(residual_px**2, axis=1)
     sighting = observed.sighting_of_point
+    of_view = [observed.view[sighting] == view for view in range(view_count)]
+    if floor_px is None:
+        floor_px = np.array([_floor_px(length_px2[own], observed.sigma_px[own]) for own in of_view])
+    told_px = np.hypot(observed.sigma_px, floor_px[observed.view[sighting]])
+    square = length_px2 / told_px**2
     view_scale = np.ones(view_count)
-    for view in range(view_count):
-        own = square[observed.view[sighting] == view]
-        if own.size:
-            view_scale[view] = _scale(own)
+    for view, own in enumerate(of_view):
+        if own.any():
+            view_scale[view] = _scale(square[own])
     sighting_scale = np.ones(len(observed.view))
     for index, view in enumerate(observed.view):
         own = square[observed.points(index)]
@@ -55,8 +72,26 @@ def measure_scatter(observed: Observations, residual_px: Float, view_count: int)
             (SIGHTING_FREEDOM + count * ratio) / (SIGHTING_FREEDOM + count)
         )
     scale = view_scale[observed.view] * sighting_scale
-    sigma_px = observed.sigma_px * scale[sighting]
-    return Scatter(view_scale, sighting_scale, sigma_px, np.sqrt(square) / scale[sighting])
+    sigma_px = told_px * scale[sighting]
+    return Scatter(floor_px, view_scale, sighting_scale, sigma_px, np.sqrt(square) / scale[sighting])
+
+
+def _floor_px(length_px2: Float, sigma_px: Float) -> float:
+    """Likeliest floor under the detector's sigmas (M,), for residuals of squared lengths (M,).
+
+    For normal errors of a common scale, told by the median; the rest of the likelihood is the
+    spread of the sigmas.
+    """
+    seen = np.isfinite(length_px2)
+    if not seen.any():
+        return 0.0
+    typical = float(np.median(sigma_px[seen]))
+    floors = typical * _FLOORS
+    misfits: list[float] = []
+    for floor in floors:
+        told = sigma_px[seen] ** 2 + floor**2
+        misfits.append(2.0 * np.log(_scale(length_px2[seen] / told)) + float(np.mean(np.log(told))))
+    return float(floors[int(np.argmin(misfits))])
 
 
 def _scale(square: Float) -> float:
@@ -67,14 +102,17 @@ def _scale(square: Float) -> float:
 
 
 def point_weights(scatter: Scatter, *, reject: bool) -> Float:
-    """(M,) inverse variances times Student's weight; 0 for outliers once they are rejected.
+    """(M,) inverse variances; 0 for outliers once they are rejected.
 
-    K. Lange, R. Little, J. Taylor, "Robust statistical modeling using the t distribution", JASA
+    Before that far points weigh less, as under Student's t. In the end squares count alone: where
+    a lens or a board is not quite as modelled, Student's weights would fit the middle of the
+    picture and give its rim up. K. Lange, R. Little, J. Taylor, "Robust statistical modeling using the t distribution", JASA
     84, 1989.
     """
     square = scatter.distance**2
-    weight = (FREEDOM + 2.0) / (FREEDOM + square) / scatter.sigma_px**2
     if reject:
-        weight[scatter.distance > OUTLIER_SIGMAS] = 0.0
+        weight = np.where(scatter.distance > OUTLIER_SIGMAS, 0.0, scatter.sigma_px**-2.0)
+    else:
+        weight = (FREEDOM + 2.0) / (FREEDOM + square) / scatter.sigma_px**2
     weight[~np.isfinite(square)] = 0.0
     return weight

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.geometry.calibration.linearise import Linearised, Target, linearise
-from rig.geometry.calibration.normal import form
+from rig.geometry.calibration.normal import follow_on, form
 from rig.geometry.calibration.observations import Observations
 from rig.geometry.calibration.priors import StageStops, pull_of_shared, stage_rows
 from rig.geometry.calibration.unknowns import Layout, Unknowns
@@ -32,6 +32,8 @@ class Problem:
     target: Target
     layout: Layout
     stops: StageStops | None
+    tie: Float | None = None
+    """(S, 6, 6) information that holds each sighting's motion near zero; None: boards at rest."""
 
 
 def settle(
@@ -59,14 +61,16 @@ def settle(
     while taken < most_steps and damping < _MOST_DAMPING:
         if normal is None:
             normal = form(
-                problem.observed, problem.target, at, problem.layout, linear, weight, problem.stops
-            )
+                problem.observed, problem.target, at, problem.layout, linear, weight, problem.stops,
+                problem.tie,
+            )  # fmt: skip
         reduced = normal.reduced(damping)
         step = reduced.step() if reduced else None
         if step is None:
             damping *= _GROWTH
             continue
-        tried = at.moved(problem.layout, *step)
+        motion = follow_on(normal, problem.observed, problem.layout, *step)
+        tried = at.moved(problem.layout, *step, motion)
         there = linearise(problem.observed, problem.target, tried)
         cost = _cost(problem, tried, there, weight)
         done = damping <= _LIGHT_DAMPING and abs(best - cost) < _SETTLED * best
@@ -88,4 +92,6 @@ def _cost(problem: Problem, at: Unknowns, linear: Linearised, weight: Float) -> 
     cost += pull_of_shared(at, problem.layout, problem.target).cost
     if problem.stops is not None:
         cost += float(np.sum(stage_rows(at, problem.stops).residual ** 2))
+    if problem.tie is not None and at.motion is not None:
+        cost += float(np.einsum("si,sij,sj->", at.motion, problem.tie, at.motion))
     return cost

@@ -9,7 +9,6 @@ from rig.errors import CalibrationError
 from rig.geometry.calibration.adjust import Adjusted
 from rig.geometry.calibration.linearise import linearise
 from rig.geometry.calibration.normal import Normal, Reduced, form, solve
-from rig.geometry.calibration.scatter import FREEDOM
 
 Float = NDArray[np.float64]
 
@@ -38,7 +37,7 @@ def measure_uncertainty(adjusted: Adjusted) -> Uncertainty:
     sum tr(C A_i - C A_i C A_i), the sandwich estimate of White ("A heteroskedasticity-consistent
     covariance matrix estimator", Econometrica 48, 1980) with pictures as clusters, reduced to one
     number because a few dozen pictures do not determine a matrix. It is never taken below that of
-    independent errors. Student's weights bend the curvature; that is divided out.
+    independent errors.
 
     Raises:
         CalibrationError: the sightings do not determine all unknowns.
@@ -47,7 +46,7 @@ def measure_uncertainty(adjusted: Adjusted) -> Uncertainty:
     linear = linearise(problem.observed, problem.target, adjusted.at)
     normal = form(
         problem.observed, problem.target, adjusted.at, problem.layout,
-        linear, adjusted.weight, problem.stops,
+        linear, adjusted.weight, problem.stops, problem.tie,
     )  # fmt: skip
     reduced = normal.reduced()
     inverse = solve(reduced.matrix, np.eye(problem.layout.count)) if reduced else None
@@ -64,7 +63,7 @@ def measure_uncertainty(adjusted: Adjusted) -> Uncertainty:
     free = float(np.einsum("npp->", share) - np.einsum("npq,nqp->", share, share))
     point = _independent_scale(adjusted)
     clustering = seen / free / point if free > 0 else 1.0
-    scale = point * max(clustering, 1.0) / _curvature(adjusted) ** 2
+    scale = point * max(clustering, 1.0)
     return Uncertainty(_symmetric(inverse) * scale, information, scale, clustering)
 
 
@@ -81,16 +80,9 @@ def _independent_scale(adjusted: Adjusted) -> float:
     square = np.sum(adjusted.residual_px[used] ** 2, axis=1) / 2.0
     count = 2 * int(used.sum())
     fitted = adjusted.problem.layout.count + 6 * len(adjusted.problem.observed.pictures)
+    fitted += adjusted.motion.taken if adjusted.motion else 0.0
     spare = count / max(count - fitted, 1)
     return float(np.sum(weight[used] ** 2 * square) / np.sum(weight[used])) * spare
-
-
-def _curvature(adjusted: Adjusted) -> float:
-    """Mean slope of the weighted residual over the mean weight, below 1 for Student's weights."""
-    used = adjusted.weight > 0
-    square = adjusted.scatter.distance[used] ** 2
-    weight = adjusted.weight[used]
-    return float(np.sum(weight * FREEDOM / (FREEDOM + square)) / np.sum(weight))
 
 
 def _symmetric(matrix: Float) -> Float:

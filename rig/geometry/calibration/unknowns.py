@@ -73,14 +73,27 @@ class Unknowns:
     board_shift_mm: Float
     """(N, 3)."""
     stage: StageLine | None = None
+    motion: Float | None = None
+    """(S, 6) turn about the board's origin and shift, from a picture's pose of the board to what
+    each of its sightings shows; None where views show a board at rest."""
 
-    def moved(self, layout: "Layout", shared: Float, boards: Float) -> "Unknowns":
+    def boards_shown(self, picture: Int) -> tuple[Float, Float]:
+        """Rotation (S, 3, 3) and shift (S, 3) of the board in sightings of pictures (S,)."""
+        rotation, shift_mm = self.board_rotation[picture], self.board_shift_mm[picture]
+        if self.motion is None:
+            return rotation, shift_mm
+        return times(turns(self.motion[:, :3]), rotation), shift_mm + self.motion[:, 3:]
+
+    def moved(
+        self, layout: "Layout", shared: Float, boards: Float, motion: Float | None = None
+    ) -> "Unknowns":
         """Return what a step leads to.
 
         Args:
             layout: of the shared unknowns.
             shared: (P,) step of the shared unknowns.
             boards: (N, 6) turn and shift of each board.
+            motion: (S, 6) after the step, if there is any.
         """
         full = np.concatenate([shared, [0.0]])  # index -1: held still
         intrinsics = tuple(
@@ -100,12 +113,14 @@ class Unknowns:
             board_rotation=times(turns(boards[:, :3]), self.board_rotation),
             board_shift_mm=self.board_shift_mm + boards[:, 3:],
             stage=stage,
+            motion=motion,
         )
 
-    def with_boards(self, kept: NDArray[np.bool_]) -> "Unknowns":
-        """Return only the boards of (N,) kept pictures."""
+    def with_boards(self, kept: NDArray[np.bool_], shown: NDArray[np.bool_]) -> "Unknowns":
+        """Return only the boards of (N,) kept pictures, in the (S,) sightings of these."""
         return replace(
             self,
+            motion=None if self.motion is None else self.motion[shown],
             board_rotation=self.board_rotation[kept],
             board_shift_mm=self.board_shift_mm[kept],
         )
