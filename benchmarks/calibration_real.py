@@ -133,8 +133,9 @@ def held_out_px(found: Pictures, geometry: RigGeometry, sightings: Sequence[Sigh
     """Distances (N,) of held-out points, the pose of the board alone fitted to all views."""
     try:
         judged = calibrate(
-            sightings, found.points_mm, found.sizes_px, found.names, 0, start=geometry, fixed="all"
-        )
+            sightings, found.points_mm, found.sizes_px, found.names, 0, start=geometry, fixed="all",
+            synchronous=True,
+        )  # fmt: skip
     except CalibrationError as error:
         sys.exit(f"{error}")
     return np.concatenate([np.linalg.norm(r.residual_px, axis=1) for r in judged.residuals])

@@ -124,6 +124,13 @@ def quality_of(calibration: Calibration) -> dict[str, object]:
             "fit_rms": calibration.rms_px,
             "held_out_rms": calibration.held_out_rms_px,
         },
+        "motion": None
+        if calibration.motion is None
+        else {
+            "shift_mm": calibration.motion.shift_mm,
+            "turn_deg": float(np.degrees(calibration.motion.turn_rad)),
+            "worst_scale": float(calibration.motion.picture_scale.max()),
+        },
         "epipolar_px": {
             "mean": epipolar.mean_px,
             "p95": epipolar.p95_px,

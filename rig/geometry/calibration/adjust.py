@@ -20,7 +20,6 @@ _MOST_COARSE_ROUNDS = 3
 _MOST_MOVING_ROUNDS = 40
 _LAST_FLOOR = 3
 """Round after which floors stay: one of a few values, and what jumps does not settle."""
-DEBUG=False
 _STEPS_A_ROUND = 6
 _COARSE_DAMPING, _FINE_DAMPING = 1e-4, 1e-8
 _COARSE, _FINE = 0.1, 2e-3
@@ -76,18 +75,16 @@ def readjust(
     Where views of one picture then disagree about the board by more than chance, the board moved
     between them, and the solve is done again with motions.
     """
-    rested = _rounds(
-        observed, target, replace(near, motion=None), reference, stops, free, reject=True
-    )
-    problem = rested.problem
+    still = replace(near, motion=None)
+    rested = _rounds(observed, target, still, reference, stops, free, reject=True)
+    if not free.motion:
+        return rested
     resting = np.zeros(len(observed.pictures), bool)
     if stops is not None:
         resting[stops.picture] = True
     linear = linearise(observed, target, rested.at)
-    motion = notice_motion(problem, rested.at, linear, rested.weight, resting)
-    if motion is None:
-        return rested
-    return _moving_rounds(rested, motion, resting)
+    motion = notice_motion(rested.problem, rested.at, linear, rested.weight, resting)
+    return rested if motion is None else _moving_rounds(rested, motion, resting)
 
 
 def _moving_rounds(rested: Adjusted, motion: Motion, resting: NDArray[np.bool_]) -> Adjusted:
@@ -109,7 +106,6 @@ def _moving_rounds(rested: Adjusted, motion: Motion, resting: NDArray[np.bool_])
         weight = point_weights(scatter, reject=turn > 0)
         motion = measure_motion(problem, at, linear, weight, motion, resting)
         change = np.abs(np.log(scatter.sigma_px / before.sigma_px)).max()
-        if DEBUG: print(turn, change, motion.sigma, motion.taken, np.round(np.percentile(motion.picture_scale,[0,25,50,75,100]),2))
         if change < _FINE and abs(motion.taken - was.taken) < _FINE * motion.taken:
             break
     return Adjusted(problem, at, residual_px, scatter, weight, motion)

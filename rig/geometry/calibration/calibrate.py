@@ -28,7 +28,13 @@ from rig.geometry.calibration.lens_choice import (
 from rig.geometry.calibration.linearise import Target
 from rig.geometry.calibration.observations import Observations, observe
 from rig.geometry.calibration.priors import StageStops
-from rig.geometry.calibration.result import BoardWarp, Calibration, LensScore, Residuals
+from rig.geometry.calibration.result import (
+    BoardMotion,
+    BoardWarp,
+    Calibration,
+    LensScore,
+    Residuals,
+)
 from rig.geometry.calibration.start import guess, start_from
 from rig.geometry.calibration.uncertainty import Uncertainty, measure_uncertainty
 from rig.geometry.calibration.unknowns import Free, Unknowns
@@ -67,6 +73,7 @@ def calibrate(
     start: RigGeometry | None = None,
     fixed: Fixed = "none",
     steps: Float | None = None,
+    synchronous: bool = False,
 ) -> Calibration:
     """Solve cameras, their places, the board and the stage together.
 
@@ -83,12 +90,15 @@ def calibrate(
         fixed: what of `start` to hold still; its lens models then stay as they are.
         steps: (V, 2) where the profile places the views, right and down, in any unit; only their
             directions are compared with what is found.
+        synchronous: views are known to be exposed together: no motion of the board between them is
+            looked for.
 
     Raises:
         CalibrationError: the sightings do not determine the geometry.
         ConfigError: arguments contradict each other.
     """
     question = _ask(sightings, points_mm, sizes_px, names, reference, stage_mm, start, fixed)
+    question = replace(question, free=replace(question.free, motion=not synchronous))
     first = _first(question, lens, start, fixed)
     adjusted, held_out, scores = _choose(question, first, lens if fixed == "none" else None)
     uncertainty = measure_uncertainty(adjusted)
@@ -104,6 +114,7 @@ def calibrate(
         ),
         pictures=question.observed.pictures,
         reference_from_board=boards_of(adjusted.at),
+        motion=_motion(adjusted),
         residuals=residuals,
         epipolar=epipolar_error(geometry, residuals),
         lens=geometry.cameras[reference].lens,
@@ -226,6 +237,14 @@ def _geometry(
     if own < count and given is not None:
         covariance[:-own, :-own] = given[:-own, :-own]
     return replace(bare, covariance=covariance)
+
+
+def _motion(adjusted: Adjusted) -> BoardMotion | None:
+    motion = adjusted.motion
+    if motion is None:
+        return None
+    turn_rad, shift_mm = map(float, motion.sigma)
+    return BoardMotion(turn_rad, shift_mm, motion.picture_scale)
 
 
 def _residuals(adjusted: Adjusted, held_out: Float) -> tuple[Residuals, ...]:

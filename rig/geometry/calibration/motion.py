@@ -7,7 +7,7 @@ synchronous; where they are not, lenses are learned from what each view sees by 
 from what is left of the agreement.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray

@@ -124,7 +124,10 @@ def form(
         tie: (S, 6, 6) information that holds motions between views near zero; None where views
             show a board at rest.
     """
-    still = tie is None or at.motion is None
+    if tie is None or at.motion is None:
+        tie, motion = np.zeros((0, POSE, POSE)), np.zeros((0, POSE))
+    else:
+        motion = at.motion
     shared, side, between, pose, pull, follow = accumulate(
         linear.jacobian,
         linear.residual_px,
@@ -135,8 +138,8 @@ def form(
         layout.sighting_columns,
         len(observed.pictures),
         layout.count,
-        np.zeros((0, POSE, POSE)) if still else tie,
-        np.zeros((0, POSE)) if still else at.motion,
+        tie,
+        motion,
     )
     if stops is not None:
         rows = stage_rows(at, stops)

@@ -14,7 +14,7 @@ from rig.geometry.rig_geometry import RigGeometry
 
 Float = NDArray[np.float64]
 
-VERSION = 1
+VERSION = 2
 """Of the JSON form."""
 
 
@@ -43,8 +43,23 @@ class BoardWarp:
 
 
 @dataclass(frozen=True, slots=True)
+class BoardMotion:
+    """How far the board moved between the views of one picture, as the pictures tell."""
+
+    turn_rad: float
+    """1 sigma about each axis through its middle, in a typical picture."""
+    shift_mm: float
+    """1 sigma of its middle along each axis."""
+    picture_scale: Float
+    """(N,) how many times as far it moved in each picture; 0 on the stage."""
+
+
+@dataclass(frozen=True, slots=True)
 class Residuals:
-    """What is left of one sighting: found minus projected."""
+    """What is left of one sighting: found minus projected.
+
+    Where the board moved between the views, it is projected from where this view saw it.
+    """
 
     picture: int
     view: int
@@ -172,6 +187,8 @@ class Calibration:
     """Numbers of the pictures used, in order."""
     reference_from_board: tuple[Pose, ...]
     """Pose of the board in each of `pictures`, in the frame of the reference view."""
+    motion: BoardMotion | None
+    """None where all views of a picture agree about the board but for chance."""
     residuals: tuple[Residuals, ...]
     """One per sighting, in the order of picture and view."""
     epipolar: EpipolarError

@@ -73,7 +73,9 @@ def measure_scatter(
         )
     scale = view_scale[observed.view] * sighting_scale
     sigma_px = told_px * scale[sighting]
-    return Scatter(floor_px, view_scale, sighting_scale, sigma_px, np.sqrt(square) / scale[sighting])
+    return Scatter(
+        floor_px, view_scale, sighting_scale, sigma_px, np.sqrt(square) / scale[sighting]
+    )
 
 
 def _floor_px(length_px2: Float, sigma_px: Float) -> float:
@@ -104,10 +106,10 @@ def _scale(square: Float) -> float:
 def point_weights(scatter: Scatter, *, reject: bool) -> Float:
     """(M,) inverse variances; 0 for outliers once they are rejected.
 
-    Before that far points weigh less, as under Student's t. In the end squares count alone: where
-    a lens or a board is not quite as modelled, Student's weights would fit the middle of the
-    picture and give its rim up. K. Lange, R. Little, J. Taylor, "Robust statistical modeling using the t distribution", JASA
-    84, 1989.
+    Before that far points weigh less, as under Student's t (K. Lange, R. Little, J. Taylor, "Robust
+    statistical modeling using the t distribution", JASA 84, 1989). In the end squares count alone:
+    where a lens or a board is not quite as modelled, Student's weights would fit the middle of the
+    picture and give its rim up.
     """
     square = scatter.distance**2
     if reject:

@@ -64,7 +64,43 @@ def measure_uncertainty(adjusted: Adjusted) -> Uncertainty:
     point = _independent_scale(adjusted)
     clustering = seen / free / point if free > 0 else 1.0
     scale = point * max(clustering, 1.0)
-    return Uncertainty(_symmetric(inverse) * scale, information, scale, clustering)
+    covariance = _symmetric(inverse) * scale
+    if clustering > 1.0:
+        covariance = _sandwich(inverse, share, pull / np.sqrt(scale)) * scale
+    return Uncertainty(covariance, information, scale, clustering)
+
+
+def _sandwich(inverse: Float, share: Float, pull: Float) -> Float:
+    """(P, P) covariance that is wider where pictures disagree more, in units of `scale`.
+
+    Whitened by the model's own covariance, pulls of pictures would have the unit matrix for their
+    second moment. The one seen is freed of what the fit took (R. M. Bell, D. F. McCaffrey, "Bias
+    reduction in standard errors for linear regression with multi-stage samples", Survey Methodology
+    28(2), 2002) and shrunk towards a multiple of the unit matrix by as much as chance alone would
+    spread it, because a few dozen pictures do not determine a matrix (O. Ledoit, M. Wolf, "A
+    well-conditioned estimator for large-dimensional covariance matrices", J. Multivariate Analysis
+    88(2), 2004).
+
+    Args:
+        inverse: (P, P) covariance of the model.
+        share: (N, P, P) inverse times each picture's information.
+        pull: (N, P) of each picture, over the root of the scale.
+    """
+    unit = np.sqrt(np.diag(inverse))
+    axes, sizes, _ = np.linalg.svd(inverse / np.outer(unit, unit))
+    root = unit[:, None] * axes * np.sqrt(sizes)
+    count, size = len(pull), len(inverse)
+    taken = np.linalg.solve(root, np.einsum("npq,nqr->pr", share, share) @ root)
+    left, turned = np.linalg.eigh(_symmetric(np.eye(size) - taken))
+    freed = turned / np.sqrt(np.maximum(left, 1.0 / count)) @ turned.T
+    seen = np.sqrt(count) * pull @ root @ freed
+    moment = seen.T @ seen / count
+    mean = float(np.trace(moment)) / size
+    apart = float(np.sum((moment - mean * np.eye(size)) ** 2))
+    chance = float(np.sum(np.sum(seen**2, axis=1) ** 2) / count - np.sum(moment**2)) / count
+    shrink = min(1.0, chance / apart) if apart > 0 else 1.0
+    meat = shrink * max(mean, 1.0) * np.eye(size) + (1.0 - shrink) * moment
+    return _symmetric(root @ meat @ root.T)
 
 
 def picture_information(normal: Normal, reduced: Reduced) -> Float:

@@ -155,6 +155,8 @@ class Free:
     places: bool = True
     warp: bool = True
     stage: bool = True
+    motion: bool = True
+    """Of the board between the views of a picture, where the pictures show one."""
 
 
 def lay_out(lenses: tuple[LensModel, ...], reference: int, free: Free, *, stage: bool) -> Layout:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from rig.geometry.calibration.adjust import Adjusted
 from rig.geometry.calibration.advice import advise
 from rig.geometry.calibration.coverage import find_gaps
+from rig.geometry.calibration.motion import Motion
 from rig.geometry.calibration.result import DepthError, Reason, Verdict
 from rig.geometry.calibration.suspicion import find_bad_data
 from rig.geometry.calibration.uncertainty import Uncertainty
@@ -51,7 +52,8 @@ def judge(
     reasons += _depth(depth_error)
     full = uncertainty.covariance.shape[0] >= geometry.parameter_count
     poses = advise(adjusted, uncertainty, geometry) if full and len(geometry.names) > 1 else ()
-    return Verdict(tuple(reasons), tuple(_notes(geometry, steps)), poses)
+    notes = _notes(geometry, steps) + _motion(adjusted.motion)
+    return Verdict(tuple(reasons), tuple(notes), poses)
 
 
 def _outliers(adjusted: Adjusted) -> list[Reason]:
@@ -77,6 +79,18 @@ def _depth(depth_error: Sequence[DepthError]) -> list[Reason]:
             f"depth at {_JUDGED_MM / 1000:g} m is only known to {at.picture_pct:.2f} % (k=2, over "
             f"the picture; {MOST_DEPTH_PCT} % wanted); take more pictures",
         )
+    ]
+
+
+def _motion(motion: Motion | None) -> list[str]:
+    if motion is None:
+        return []
+    turn_deg, shift_mm = float(np.degrees(motion.sigma[0])), float(motion.sigma[1])
+    return [
+        f"the board moved between the views of a picture, typically by {shift_mm:.2g} mm and "
+        f"{turn_deg:.2g} deg (1 sigma; {motion.picture_scale.max():.1f} times that in the worst): "
+        "each view has its own pose of the board, and places of the cameras are as unsure as that "
+        "makes them; with views triggered together, or the board at rest, they would be surer"
     ]
 
 
