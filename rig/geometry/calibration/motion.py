@@ -90,6 +90,8 @@ def notice_motion(
     own, pulled = grams[:, :, -1 - POSE : -1], grams[:, :, -1]
     held = np.add.reduceat(weight > 0, observed.start[:-1], dtype=np.int64) >= FEWEST_POINTS
     moving = held & ~resting[observed.picture]
+    if not moving.any():
+        return None
     spread = own - _through(problem, reduced, inverse, grams)
     by_middle = np.linalg.inv(_middle_by_origin(at, problem.target, observed))
     pulled = np.einsum("ski,sk->si", by_middle, pulled)[moving]
