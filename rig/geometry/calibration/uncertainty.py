@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from rig.errors import CalibrationError
 from rig.geometry.calibration.adjust import Adjusted
+from rig.geometry.calibration.kernels import factorise
 from rig.geometry.calibration.linearise import linearise
 from rig.geometry.calibration.normal import Normal, Reduced, form, solve
 
@@ -86,21 +87,31 @@ def _sandwich(inverse: Float, share: Float, pull: Float) -> Float:
         share: (N, P, P) inverse times each picture's information.
         pull: (N, P) of each picture, over the root of the scale.
     """
-    unit = np.sqrt(np.diag(inverse))
-    axes, sizes, _ = np.linalg.svd(inverse / np.outer(unit, unit))
-    root = unit[:, None] * axes * np.sqrt(sizes)
     count, size = len(pull), len(inverse)
-    taken = np.linalg.solve(root, np.einsum("npq,nqr->pr", share, share) @ root)
-    left, turned = np.linalg.eigh(_symmetric(np.eye(size) - taken))
-    freed = turned / np.sqrt(np.maximum(left, 1.0 / count)) @ turned.T
-    seen = np.sqrt(count) * pull @ root @ freed
-    moment = seen.T @ seen / count
+    root = inverse.copy()
+    taken = np.einsum("npq,nqr->pr", share, share)  # by the fit: C A C A, summed
+    # Never all of a direction, which fewer pictures than unknowns would leave without a say.
+    left = inverse - (1.0 - 1.0 / count) * _symmetric(np.einsum("pr,rq->pq", taken, inverse))
+    if not (factorise(root) and factorise(left)):
+        return inverse
+    root, left = np.tril(root), np.tril(left)
+    # Steps that each picture alone would have the answer take, whitened by what is left of C.
+    seen = np.einsum("np,pq->nq", pull, inverse).T.copy()
+    _forward(left, seen)
+    seen *= np.sqrt(count)
+    moment = np.einsum("pn,qn->pq", seen, seen) / count
     mean = float(np.trace(moment)) / size
     apart = float(np.sum((moment - mean * np.eye(size)) ** 2))
-    chance = float(np.sum(np.sum(seen**2, axis=1) ** 2) / count - np.sum(moment**2)) / count
+    chance = float(np.sum(np.sum(seen**2, axis=0) ** 2) / count - np.sum(moment**2)) / count
     shrink = min(1.0, chance / apart) if apart > 0 else 1.0
     meat = shrink * max(mean, 1.0) * np.eye(size) + (1.0 - shrink) * moment
-    return _symmetric(root @ meat @ root.T)
+    return _symmetric(np.einsum("pi,ij,qj->pq", root, meat, root))
+
+
+def _forward(lower: Float, sides: Float) -> None:
+    """Replace sides (P, K) by L^-1 sides."""
+    for i in range(len(sides)):
+        sides[i] = (sides[i] - np.einsum("k,kc->c", lower[i, :i], sides[:i])) / lower[i, i]
 
 
 def picture_information(normal: Normal, reduced: Reduced) -> Float:
