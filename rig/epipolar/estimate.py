@@ -116,22 +116,28 @@ def estimate_slopes(
     slope = window.hold(slope)
     if effort is Effort.COARSE:
         nowhere = np.zeros(images.shape, np.bool_)
-        _, (stitched, _, _) = _refine(images, slope, nowhere, cameras, scales, _FAR)
+        _, (stitched, _, _) = _refine(images, splines, slope, nowhere, cameras, scales, _FAR)
         slope = window.hold(stitched)
     slope = window.hold(choose_sides(splines, grey, slope, movable, cameras, scales))
     covered, hidden = hidden_points(
         slope, views.x_steps, views.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px
     )
     found = _NEAR if effort is Effort.FULL else None
-    lines, (stitched, variance, misfit) = _refine(images, slope, covered, cameras, scales, found)
+    lines, (stitched, variance, misfit) = _refine(
+        images, splines, slope, covered, cameras, scales, found
+    )
     slope = window.hold(stitched)
     placement = None
     if effort is not Effort.FOLLOWED and not trust_places:
-        placement = find_placement(images, slope, covered, cameras, scales.smoothed_noise)
+        noise_levels = scales.smoothed_noise
+        placement = find_placement(images, slope, covered, cameras, noise_levels, splines)
     if placement is not None and placement.misplaced.any():
         warnings += placement.warnings(views.x_steps, views.y_steps)
         images, cameras = on_their_lines(images, placement.beside_px), _moved(cameras, placement)
-        lines, (stitched, variance, misfit) = _refine(images, slope, covered, cameras, scales)
+        splines = pad(images, cameras.x_steps, cameras.y_steps)
+        lines, (stitched, variance, misfit) = _refine(
+            images, splines, slope, covered, cameras, scales
+        )
         slope = window.hold(stitched)
     else:
         placement = None
@@ -172,6 +178,7 @@ def _settle_edges(
 
 def _refine(
     images: NDArray[np.float32],
+    splines: NDArray[np.float32],
     slope_px: NDArray[np.float32],
     covered: NDArray[np.bool_],
     cameras: Cameras,
@@ -186,6 +193,7 @@ def _refine(
 
     Args:
         images: (V, H, W) equalised grey values.
+        splines: what `rig.epipolar.sampling.pad` makes of them.
         slope_px: (H, W) start, px per view step.
         covered: (V, H, W) whether a view shows a nearer surface in the place of the point.
         cameras: where the views stand.
@@ -196,7 +204,7 @@ def _refine(
         scales = replace(scales, start_error_px=found.error_px)
     lines = fit_lines(
         images, cameras.x_steps, cameras.y_steps, cameras.reference, slope_px, covered,
-        scales.doubt, scales.derivative_variance, locking(scales), cameras.step_px,
+        scales.doubt, scales.derivative_variance, locking(scales), cameras.step_px, splines,
     )  # fmt: skip
     if found is not None:
         longer = np.float32(1.0 / reply_share(lines, scales) ** found.mended)

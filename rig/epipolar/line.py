@@ -60,6 +60,7 @@ def fit_lines(
     derivative_variance: float,
     locking: tuple[float, float, float],
     reach_px: float,
+    splines: NDArray[np.float32] | None = None,
 ) -> LineFits:
     """Improve every pixel's slope by one step.
 
@@ -75,9 +76,10 @@ def fit_lines(
             the position, (grey / px)^2.
         locking: its covariance with the grey value itself, as `local_noise.locking` gives it.
         reach_px: largest step that the linearisation can be trusted for, px per view step.
+        splines: what `rig.epipolar.sampling.pad` makes of the images, if there already.
     """
     height, width = slope_px.shape
-    padded = pad(images, x_steps, y_steps)
+    padded = pad(images, x_steps, y_steps) if splines is None else splines
     half = assign_halves(x_steps, y_steps)
     xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
     slope = np.empty((height, width), np.float32)

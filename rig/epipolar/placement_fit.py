@@ -42,6 +42,7 @@ def find_placement(
     covered: NDArray[np.bool_],
     cameras: Cameras,
     noise_levels: float,
+    splines: NDArray[np.float32] | None = None,
 ) -> Placement | None:
     """Tell where the views are.
 
@@ -51,6 +52,7 @@ def find_placement(
         covered: (V, H, W) pixels that a view does not show.
         cameras: where the views are told to be.
         noise_levels: white noise of the grey values, 1 sigma.
+        splines: what `rig.epipolar.sampling.pad` makes of the images, if there already.
 
     Returns:
         None where there are too few views (its slope explains any shift of a pair) or pixels.
@@ -58,11 +60,15 @@ def find_placement(
     if len(images) < _FEWEST_VIEWS:
         return None
     clear = ~near_jumps(slope_px, _JUMP_LABELS * cameras.step_px, _JUMP_RADIUS_PX)
-    rows, columns = _steepest(images[cameras.reference], clear & ~covered.any(axis=0))
+    rows, columns = _steepest(
+        images[cameras.reference], clear & ~np.logical_or.reduce(covered, axis=0)
+    )
     if len(rows) < _FEWEST_PIXELS:
         return None
     slope = slope_px[rows, columns].astype(np.float64)
-    difference, across, down, seen = _sample(images, rows, columns, slope, cameras)
+    if splines is None:
+        splines = pad(images, cameras.x_steps, cameras.y_steps)
+    difference, across, down, seen = _sample(splines, slope_px.shape, rows, columns, slope, cameras)
     design = -np.stack([across, down, -slope * across, -slope * down], axis=1)
     tilt = -(across[:, None] * cameras.x_steps + down[:, None] * cameras.y_steps)
     prior = _prior(cameras, float(np.abs(slope).max()))
@@ -98,7 +104,8 @@ def _steepest(
 
 
 def _sample(
-    images: NDArray[np.float32],
+    splines: NDArray[np.float32],
+    shape: tuple[int, int],
     rows: NDArray[np.intp],
     columns: NDArray[np.intp],
     slope_px: Float,
@@ -111,15 +118,13 @@ def _sample(
         down (N,), of all views, as one of them alone would have noise in common with its
         differences; and which views see the pixel (N, V).
     """
-    height, width = images.shape[1:]
-    count, views = len(rows), len(images)
+    (height, width), views, count = shape, len(splines), len(rows)
     u, v = columns.astype(np.float32), rows.astype(np.float32)
     places = (
         (u, v), (u + _HALF_PX, v), (u - _HALF_PX, v), (u, v + _HALF_PX), (u, v - _HALF_PX),
     )  # fmt: skip
     grey = np.empty((views, len(places), count), np.float32)
     seen = np.ones((views, count), np.bool_)
-    padded = pad(images, cameras.x_steps, cameras.y_steps)
     slope = slope_px.astype(np.float32)
 
     def work(start: int, stop: int) -> None:
@@ -128,7 +133,7 @@ def _sample(
             x, y = np.float32(cameras.x_steps[i]), np.float32(cameras.y_steps[i])
             for k, (across, down) in enumerate(places):
                 sample_points(
-                    padded[i], height, width, across, down, slope, x, y, grey[i, k], tilt, inside
+                    splines[i], height, width, across, down, slope, x, y, grey[i, k], tilt, inside
                 )
                 seen[i] &= inside > 0
 
