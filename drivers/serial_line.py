@@ -1,11 +1,11 @@
 """Lines of text over a serial port: the one door to pyserial."""
 
-import errno
 from types import TracebackType
 from typing import Protocol, Self
 
 import serial
 
+from drivers.open_errors import why_not_opened
 from drivers.serial_ports import resolve_port
 from rig.devices import Clock
 from rig.errors import DeviceLostError, DeviceNotFoundError
@@ -181,16 +181,6 @@ class SerialLine:
         )
 
     def _why_closed(self, error: Exception) -> str:
-        number = error.errno if isinstance(error, OSError) else None
-        match number:
-            case errno.ENOENT:
-                return f"no port {self._port}; check cable and name (`rig devices` lists ports)"
-            case errno.EACCES | errno.EPERM:
-                return (
-                    f"port {self._port} may not be opened; add the user to the group dialout "
-                    "(sudo usermod -aG dialout $USER) and log in again"
-                )
-            case errno.EBUSY | errno.EAGAIN:
-                return f"port {self._port} is used by another program; close that program"
-            case _:
-                return f"port {self._port} cannot be opened ({error}); check its name"
+        port = f"port {self._port}"
+        absent = f"no {port}; check cable and name (`rig devices` lists ports)"
+        return why_not_opened(error, device=port, absent=absent, group="dialout")

@@ -6,12 +6,15 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self, TypeVar
 
+from drivers.open_errors import why_not_opened
 from drivers.v4l2 import abi, structures
 from drivers.v4l2.kernel import Argument, Kernel, Memory
 from rig.errors import DeviceLostError, DeviceNotFoundError
 
 _GONE = (errno.ENODEV, errno.ENXIO, errno.EBADF)
 _END_OF_LIST = (errno.EINVAL, errno.ENOTTY, errno.ENODATA)
+
+_ABSENT = "is not there; plug it in, or correct camera.devices (`rig devices` lists them)"
 
 Entry = TypeVar(
     "Entry", structures.FormatDescription, structures.FrameSize, structures.FrameInterval
@@ -43,7 +46,9 @@ class Node:
         try:
             self._descriptor = self._kernel.open(self.path)
         except OSError as error:
-            raise DeviceNotFoundError(self.name, _why_not(error)) from error
+            raise DeviceNotFoundError(
+                self.name, why_not_opened(error, device="it", absent=_ABSENT, group="video")
+            ) from error
         try:
             self.capability = self._require_capture()
         except BaseException:
@@ -148,15 +153,3 @@ def abilities(capability: structures.Capability) -> int:
     if capability.capabilities & abi.CAP_DEVICE_CAPS:
         return capability.device_caps
     return capability.capabilities
-
-
-def _why_not(error: OSError) -> str:
-    match error.errno:
-        case errno.ENOENT | errno.ENODEV | errno.ENXIO:
-            return "is not there; plug it in, or correct camera.devices (`rig devices` lists them)"
-        case errno.EACCES | errno.EPERM:
-            return "may not be opened; `sudo usermod -aG video $USER`, then log in again"
-        case errno.EBUSY:
-            return "is used by another program; close that"
-        case _:
-            return f"cannot be opened: {error.strerror}"

@@ -7,23 +7,32 @@ from pathlib import Path
 from rig.errors import StoreError
 
 
-def write_bytes(path: Path, content: bytes) -> None:
+def put_in_place(path: Path, content: bytes) -> None:
     """Write a file through a temporary one beside it, which then takes its name.
 
     A reader, and a program that is killed here, sees the old file or the new one.
 
     Raises:
-        StoreError: the folder is missing or read-only, or the disk is full; an older file of this
-            name is as it was.
+        OSError: it cannot be written; an older file of this name is as it was.
     """
     beside = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        try:
-            beside.write_bytes(content)
-            beside.replace(path)
-        finally:
-            with suppress(OSError):  # gone if it took the name; else the first error is the one
-                beside.unlink()
+        beside.write_bytes(content)
+        beside.replace(path)
+    finally:
+        with suppress(OSError):  # gone if it took the name; else the first error is the one
+            beside.unlink()
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Put a file in place; see `put_in_place`.
+
+    Raises:
+        StoreError: the folder is missing or read-only, or the disk is full; an older file of this
+            name is as it was.
+    """
+    try:
+        put_in_place(path, content)
     except OSError as error:
         raise StoreError(
             f"{path}: {len(content)} bytes cannot be written: {error.strerror}; make room or "

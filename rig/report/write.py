@@ -1,6 +1,5 @@
 """Puts the report at its place."""
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -57,10 +56,7 @@ def write_calibration_page(path: Path, shown: "ShownCalibration") -> Path:
 
 
 def _write_atomically(path: Path, text: str) -> None:
-    beside = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    from rig.depth.files import put_in_place  # noqa: PLC0415 - its package brings numpy
+
     with explained("write the report", path):
-        try:
-            beside.write_text(text, encoding="utf-8")
-            beside.replace(path)
-        finally:
-            beside.unlink(missing_ok=True)
+        put_in_place(path, text.encode())
