@@ -1,16 +1,16 @@
 """Stored images as a camera: files or a video per view, found by name or pattern."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import Self, cast
+from typing import cast
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.stored_camera import StoredCamera
 from drivers.video import SUFFIXES, StoredVideo
 from rig.devices import Clock
 from rig.errors import ConfigError, DeviceLostError, DeviceNotFoundError
@@ -21,16 +21,14 @@ _NAME = "camera folder"
 _DEPTHS = ("uint8", "uint16")
 
 
-class FolderCamera:
+class FolderCamera(StoredCamera):
     """Gives every stored multi-view once, in the order of its file names; keeps `Camera`.
 
     Numbers inside names sort as numbers: `img_2` comes before `img_10`. Patterns may reach into
     folders, so that the frames of a sweep are a camera too: `stop_*/sample_*/left.png`. One video
     per view is a camera as well; its pictures are taken in order.
 
-    Stored images have no freshness: `grab` returns the next multi-view whenever it is called, and
-    its timestamp is the time of reading. After the last one `grab` raises `DeviceLostError`;
-    `stream` ends. Opening again starts with the first.
+    The timestamp of a multi-view is the time of reading.
 
     Args:
         config: file name or pattern of every view.
@@ -42,114 +40,67 @@ class FolderCamera:
     def __init__(
         self, config: FolderCameraConfig, views: Sequence[ViewConfig], *, root: Path, clock: Clock
     ) -> None:
+        super().__init__(_NAME, root, views)
         self._config = config
-        self._views = tuple(view.name for view in views)
-        self._root = root
         self._clock = clock
-        self._multi_views: list[tuple[_Stored, ...]] | None = None
+        self._multi_views: list[tuple[_Stored, ...]] = []
         self._videos: dict[Path, StoredVideo] = {}
-        self._next = 0
         self._like: GreyImage | None = None
-
-    def __enter__(self) -> Self:
-        try:
-            self._multi_views = self._find()
-        except BaseException:
-            self._close()
-            raise
-        self._next = 0
-        self._like = None
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._close()
-
-    def _close(self) -> None:
-        self._multi_views = None
-        for video in self._videos.values():
-            video.close()
-        self._videos.clear()
 
     @property
     def identity(self) -> Mapping[str, str]:
         """See `Device.identity`."""
-        return {"kind": "folder", "model": "stored images", "serial": str(self._root)}
+        return {"kind": "folder", "model": "stored images", "serial": str(self._place)}
 
-    @property
-    def views(self) -> tuple[str, ...]:
-        """See `Camera.views`."""
-        return self._views
+    def _open(self) -> None:
+        self._multi_views = self._find()
+        self._like = None
 
-    @property
-    def dropped(self) -> Mapping[str, int]:
-        """See `Camera.dropped`; stored images are never dropped."""
-        return {}
+    def _close(self) -> None:
+        self._multi_views = []
+        for video in self._videos.values():
+            video.close()
+        self._videos.clear()
 
-    def grab(self, timeout_s: float) -> MultiView:
-        """Return the next stored multi-view; `timeout_s` does not matter.
-
-        Raises:
-            DeviceLostError: there is no further one, or a file cannot be used as an image.
-        """
-        stored = self._stored()
-        if self._next >= len(stored):
-            raise DeviceLostError(
-                _NAME,
-                f"asked for multi-view {self._next + 1}, {self._root} holds {len(stored)}; "
-                "ask for fewer frames or open it again",
-            )
-        images = [self._read(picture) for picture in stored[self._next]]
-        read_s, sequence = self._clock.now_s(), self._next
-        self._next += 1
+    def _read(self, number: int) -> MultiView | None:
+        if number >= len(self._multi_views):
+            return None
+        images = [self._picture(picture) for picture in self._multi_views[number]]
+        read_s = self._clock.now_s()
         return MultiView(
             tuple(
-                Frame(view, image, timestamp_s=read_s, sequence=sequence)
+                Frame(view, image, timestamp_s=read_s, sequence=number)
                 for view, image in zip(self._views, images, strict=True)
             )
         )
 
-    def stream(self) -> Iterator[MultiView]:
-        """Yield every multi-view that is left, once, and end."""
-        while self._next < len(self._stored()):
-            yield self.grab(self._config.timeout_s)
-
-    def _stored(self) -> "list[tuple[_Stored, ...]]":
-        if self._multi_views is None:
-            raise DeviceLostError(_NAME, 'asked for frames, but it is not open; use "with camera:"')
-        return self._multi_views
-
     def _find(self) -> "list[tuple[_Stored, ...]]":
-        if not self._root.is_dir():
-            raise DeviceNotFoundError(_NAME, f"{self._root} is no folder; set camera.folder")
+        if not self._place.is_dir():
+            raise DeviceNotFoundError(_NAME, f"{self._place} is no folder; set camera.folder")
         found = {view: self._matches(view) for view in self._views}
         counts = {view: len(pictures) for view, pictures in found.items()}
         if len(set(counts.values())) > 1:
             listed = ", ".join(f"{view} {count}" for view, count in counts.items())
             raise DeviceNotFoundError(
-                _NAME, f"views of {self._root} differ in their number of pictures: {listed}"
+                _NAME, f"views of {self._place} differ in their number of pictures: {listed}"
             )
         return list(zip(*found.values(), strict=True))
 
     def _matches(self, view: str) -> "list[_Stored]":
         pattern = self._config.files[view]
         try:
-            paths = [path for path in self._root.glob(pattern) if path.is_file()]
+            paths = [path for path in self._place.glob(pattern) if path.is_file()]
         except (ValueError, NotImplementedError) as error:
             raise ConfigError(
-                f"camera.files.{view}: {pattern!r} is no pattern below {self._root}: {error}"
+                f"camera.files.{view}: {pattern!r} is no pattern below {self._place}: {error}"
             ) from error
         if not paths:
             raise DeviceNotFoundError(
                 _NAME,
-                f"no file for view {view}: {pattern!r} matches nothing in {self._root}; "
+                f"no file for view {view}: {pattern!r} matches nothing in {self._place}; "
                 "correct camera.files",
             )
-        paths = sorted(paths, key=lambda path: _natural(path.relative_to(self._root)))
+        paths = sorted(paths, key=lambda path: _natural(path.relative_to(self._place)))
         return [stored for path in paths for stored in self._pictures_in(path)]
 
     def _pictures_in(self, path: Path) -> "list[_Stored]":
@@ -159,7 +110,7 @@ class FolderCamera:
             self._videos[path] = StoredVideo(path)
         return [_Stored(path, number) for number in range(len(self._videos[path]))]
 
-    def _read(self, stored: "_Stored") -> GreyImage:
+    def _picture(self, stored: "_Stored") -> GreyImage:
         path = stored.path
         if stored.number is None:
             image = _read_grey(path)

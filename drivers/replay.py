@@ -3,9 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
+from drivers.stored_camera import StoredCamera
 from rig.devices import Clock
 from rig.errors import DeviceLostError, DeviceNotFoundError, StoreError
 from rig.frames import MultiView
@@ -15,12 +14,10 @@ from rig.recording import recorded, recorded_views
 _NAME = "camera recording"
 
 
-class ReplayCamera:
+class ReplayCamera(StoredCamera):
     """Plays a recording back, as fast as it is asked; keeps `Camera`.
 
-    Recorded frames have no freshness: `grab` gives the next multi-view whenever it is called. Its
-    times are moved to the present, and the differences between its views stay as they were. After
-    the last multi-view `grab` raises `DeviceLostError` and `stream` ends; opening starts again.
+    Times are moved to the present, and the differences between the views stay as they were.
 
     Args:
         config: the file.
@@ -31,87 +28,37 @@ class ReplayCamera:
     def __init__(
         self, config: RecordingCameraConfig, views: Sequence[ViewConfig], clock: Clock
     ) -> None:
-        self._path = Path(config.file)
-        self._config = config
-        self._views = tuple(view.name for view in views)
+        super().__init__(_NAME, Path(config.file), views)
         self._clock = clock
-        self._left: Iterator[MultiView] | None = None
-        self._taken = 0
+        self._left: Iterator[MultiView] = iter(())
 
-    def __enter__(self) -> Self:
-        """Open the file.
+    @property
+    def identity(self) -> Mapping[str, str]:
+        """See `Device.identity`."""
+        return {"kind": "recording", "model": "recorded images", "serial": str(self._place)}
 
-        Raises:
-            DeviceNotFoundError: no such file, not a recording, or one of other views.
-        """
+    def _open(self) -> None:
         try:
-            found = recorded_views(self._path)
+            found = recorded_views(self._place)
         except StoreError as error:
             raise DeviceNotFoundError(_NAME, str(error)) from error
         if sorted(found) != sorted(self._views):
             raise DeviceNotFoundError(
                 _NAME,
-                f"{self._path} holds the views {', '.join(found)}, the profile has "
+                f"{self._place} holds the views {', '.join(found)}, the profile has "
                 f"{', '.join(self._views)}; name the profile that it was recorded with",
             )
-        self._left = recorded(self._path)
-        self._taken = 0
-        return self
+        self._left = recorded(self._place)
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._left = None
+    def _close(self) -> None:
+        self._left = iter(())
 
-    @property
-    def identity(self) -> Mapping[str, str]:
-        """See `Device.identity`."""
-        return {"kind": "recording", "model": "recorded images", "serial": str(self._path)}
-
-    @property
-    def views(self) -> tuple[str, ...]:
-        """See `Camera.views`."""
-        return self._views
-
-    @property
-    def dropped(self) -> Mapping[str, int]:
-        """See `Camera.dropped`; recorded images are never dropped."""
-        return {}
-
-    def grab(self, timeout_s: float) -> MultiView:
-        """Return the next recorded multi-view; `timeout_s` does not matter.
-
-        Raises:
-            DeviceLostError: there is no further one, or the file is damaged.
-        """
-        multi_view = self._next()
-        if multi_view is None:
-            raise DeviceLostError(
-                _NAME,
-                f"asked for multi-view {self._taken + 1}, {self._path} holds {self._taken}; "
-                "ask for fewer frames or open it again",
-            )
-        return multi_view
-
-    def stream(self) -> Iterator[MultiView]:
-        """Yield every multi-view that is left, once, and end."""
-        while (multi_view := self._next()) is not None:
-            yield multi_view
-
-    def _next(self) -> MultiView | None:
-        if self._left is None:
-            raise DeviceLostError(_NAME, 'asked for frames, but it is not open; use "with camera:"')
+    def _read(self, number: int) -> MultiView | None:
         try:
             stored = next(self._left, None)
         except StoreError as error:
             raise DeviceLostError(_NAME, str(error)) from error
-        if stored is None:
-            return None
-        self._taken += 1
-        return self._of_the_present(stored)
+        return None if stored is None else self._of_the_present(stored)
 
     def _of_the_present(self, stored: MultiView) -> MultiView:
         later_s = self._clock.now_s() - min(frame.began_s for frame in stored.frames)
