@@ -7,6 +7,8 @@ observationum", 1823), pooled over neighbours. The variance of a robust fit foll
 "Robust estimation of a location parameter" (Annals of Mathematical Statistics 35, 1964).
 """
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -102,6 +104,7 @@ def pooled_share(grey: NDArray[np.float32], scales: Scales, stride_px: int) -> f
     return kept / power * (scales.noise / scales.smoothed_noise) ** 2
 
 
+@lru_cache(maxsize=8)  # asked several times for the same scales in every frame
 def _cauchy_shares(scales: Scales) -> tuple[float, float, float]:
     """Shares of noise power in a line's scatter and in its step, and of an error in that step.
 
