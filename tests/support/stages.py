@@ -20,10 +20,15 @@ from rig.profile import (
 from sim.bench import make_firmware
 from sim.carriage import Carriage
 from sim.clock import VirtualClock
+from sim.firmware.zaber import ZaberFirmware
 from sim.wire import Firmware, plug
 
 URL = "sim://test-stage"
 ZERO_MM = 210.0
+TIMEOUT_S = 20.0
+"""Enough for every move, in virtual time."""
+MICROSTEP_MM = 0.003
+"""No position is finer than the motor's step."""
 
 STAGE = GrblStageConfig(
     kind="grbl",
@@ -111,3 +116,9 @@ def simulated_bench(
     wire = before(make_firmware(stage.kind, firmware, mechanics, clock))
     with plug(URL, wire):
         yield Bench(make_stage(stage, clock), clock, mechanics, wire)
+
+
+def zaber_of(bench: Bench) -> ZaberFirmware:
+    """Return the device at the other end of a Zaber stage's wire."""
+    assert isinstance(bench.wire, ZaberFirmware)
+    return bench.wire

@@ -1,42 +1,29 @@
-"""The Zaber stage against a simulated chain: truth, trouble, and what is told of it."""
-
-from collections.abc import Callable
+"""The Zaber stage against a simulated chain: truth, opening and homing."""
 
 import pytest
 
 from rig.errors import (
     ConfigError,
-    DeviceLostError,
     DeviceNotFoundError,
     StageAlarmError,
-    StagePositionError,
     StageTimeoutError,
 )
 from rig.profile import ZaberFirmwareConfig
-from sim.firmware.zaber import ZaberFirmware
-from tests.support.scripted_wire import Scripted, during_the_move, scripted
-from tests.support.stages import CARRIAGE, FIRMWARE, URL, ZABER, Bench, simulated_bench
-
-TIMEOUT_S = 20.0
-MICROSTEP_MM = 0.003
+from tests.support.scripted_wire import Scripted, scripted
+from tests.support.stages import (
+    CARRIAGE,
+    FIRMWARE,
+    MICROSTEP_MM,
+    TIMEOUT_S,
+    URL,
+    ZABER,
+    simulated_bench,
+    zaber_of,
+)
 
 
 def firmware_with(**changes: object):
     return FIRMWARE.model_copy(update={"zaber": ZaberFirmwareConfig.model_validate(changes)})
-
-
-def device_of(bench: Bench) -> ZaberFirmware:
-    assert isinstance(bench.wire, ZaberFirmware)
-    return bench.wire
-
-
-@pytest.mark.parametrize("places_mm", [(120.0, 150.0, 190.0), (190.0, 150.0, 120.0, 119.0)])
-def test_with_an_approach_backlash_leaves_no_error(places_mm: tuple[float, ...]) -> None:
-    with simulated_bench(ZABER) as bench, bench.stage as stage:
-        stage.home()
-        for wanted_mm in places_mm:
-            assert stage.move_to(wanted_mm, TIMEOUT_S) == pytest.approx(wanted_mm, abs=MICROSTEP_MM)
-            assert bench.true_mm() == pytest.approx(wanted_mm, abs=MICROSTEP_MM)
 
 
 def test_it_knows_the_device() -> None:
@@ -196,138 +183,9 @@ def test_the_motor_is_switched_off_at_the_end_and_on_by_homing() -> None:
     with simulated_bench(config) as bench:
         with bench.stage as stage:
             stage.home()
-        assert "FO" in device_of(bench).axis.flags
+        assert "FO" in zaber_of(bench).axis.flags
         with bench.stage as stage:
             with pytest.raises(StageAlarmError, match="home the stage first"):
                 stage.move_to(150.0, TIMEOUT_S)
             stage.home()
             assert stage.move_to(150.0, TIMEOUT_S) == pytest.approx(150.0)
-
-
-# -- trouble --------------------------------------------------------------------------------------
-
-
-def test_a_stall_in_motion_costs_the_position() -> None:
-    with simulated_bench(ZABER, before=Scripted) as bench, bench.stage as stage:
-        stage.home()
-        during_the_move(bench, bench.wire.trip)
-        with pytest.raises(StageAlarmError, match="FS: stalled and stopped; clear the way"):
-            stage.move_to(120.0, TIMEOUT_S)
-        assert not bench.is_moving()
-        with pytest.raises(StageAlarmError, match="home the stage first"):
-            stage.move_to(120.0, TIMEOUT_S)
-        stage.home()
-        stage.move_to(120.0, TIMEOUT_S)
-        assert bench.true_mm() == pytest.approx(120.0, abs=MICROSTEP_MM)
-
-
-def test_a_loss_of_power_in_motion_is_told() -> None:
-    with simulated_bench(ZABER, before=Scripted) as bench, bench.stage as stage:
-        stage.home()
-        during_the_move(bench, bench.wire.hard_reset)
-        with pytest.raises(StageTimeoutError, match="no answer within"):
-            stage.move_to(120.0, TIMEOUT_S)
-        bench.clock.sleep_s(3.0)
-        with pytest.raises(StageAlarmError, match="WR: no reference position"):
-            stage.move_to(120.0, TIMEOUT_S)
-        stage.home()
-        stage.move_to(120.0, TIMEOUT_S)
-        assert bench.true_mm() == pytest.approx(120.0, abs=MICROSTEP_MM)
-
-
-def test_a_turned_knob_is_told_once() -> None:
-    with simulated_bench(ZABER) as bench, bench.stage as stage:
-        stage.home()
-        stage.move_to(150.0, TIMEOUT_S)
-        device_of(bench).axis.turn_knob(5.0)
-        bench.clock.sleep_s(3.0)
-        with pytest.raises(StageAlarmError, match="by the knob or another program") as caught:
-            _ = stage.position_mm
-        assert caught.value.code == "NI"
-        assert stage.position_mm == pytest.approx(145.0, abs=MICROSTEP_MM)
-        assert stage.move_to(150.0, TIMEOUT_S) == pytest.approx(150.0)
-
-
-def test_a_knob_turned_during_a_move_ends_it() -> None:
-    with simulated_bench(ZABER, before=Scripted) as bench, bench.stage as stage:
-        stage.home()
-        firmware = scripted(bench).firmware
-        assert isinstance(firmware, ZaberFirmware)
-        during_the_move(bench, lambda: firmware.axis.turn_knob(3.0))
-        with pytest.raises(StageAlarmError, match="knob"):
-            stage.move_to(120.0, TIMEOUT_S)
-        assert not bench.is_moving()
-
-
-def test_a_stage_that_stops_short_is_caught() -> None:
-    def nearer(data: bytes) -> bytes:
-        return data.replace(b"move abs 36800", b"move abs 36000").split(b":")[0] + b"\n"
-
-    with simulated_bench(ZABER, before=Scripted) as bench, bench.stage as stage:
-        stage.home()
-        scripted(bench).on_receive = nearer
-        with pytest.raises(StagePositionError, match=r"sent to 118\.000 mm, reads 120\.000 mm"):
-            stage.move_to(120.0, TIMEOUT_S)
-
-
-def test_a_device_that_claims_to_have_arrived_is_caught() -> None:
-    with simulated_bench(ZABER, before=Scripted) as bench, bench.stage as stage:
-        stage.home()
-        during_the_move(bench, lambda: bench.wire.lie(1000))
-        with pytest.raises(StageAlarmError, match="that takes at least") as caught:
-            stage.move_to(120.0, TIMEOUT_S)
-        assert caught.value.code == "too early"
-        assert not bench.is_moving()
-
-
-def test_where_braking_does_not_help_the_stage_is_stopped_dead() -> None:
-    def without_stop(data: bytes) -> bytes:
-        return b"" if b" stop" in data else data
-
-    with simulated_bench(ZABER, before=Scripted) as bench, bench.stage as stage:
-        stage.home()
-        scripted(bench).on_receive = without_stop
-        with pytest.raises(StageTimeoutError):
-            stage.move_to(120.0, 0.5)
-        assert not bench.is_moving()
-        with pytest.raises(StageAlarmError, match="home the stage first"):
-            _ = stage.position_mm
-
-
-def test_a_silent_chain_is_told_as_danger() -> None:
-    with (
-        simulated_bench(ZABER, before=Scripted) as bench,
-        pytest.raises(DeviceLostError, match="switch its supply off"),
-        bench.stage as stage,
-    ):
-        stage.home()
-        during_the_move(bench, lambda: setattr(scripted(bench), "on_transmit", lambda _: b""))
-        stage.move_to(120.0, TIMEOUT_S)
-
-
-def test_a_lost_answer_to_a_question_is_asked_for_again() -> None:
-    dropped: list[bytes] = []
-
-    def drop_once(data: bytes) -> bytes:
-        if b"OK" in data and len(dropped) < 2:
-            dropped.append(data)
-            return b""
-        return data
-
-    with simulated_bench(ZABER, before=Scripted) as bench, bench.stage as stage:
-        stage.home()
-        scripted(bench).on_transmit = drop_once
-        assert stage.position_mm == pytest.approx(210.0)
-        assert len(dropped) == 2
-
-
-def test_a_refused_move_says_why() -> None:
-    def shrink(bench: Bench) -> Callable[[], None]:
-        return lambda: bench.wire.receive(b"/1 1 set limit.max 1000\n")
-
-    with simulated_bench(ZABER) as bench, bench.stage as stage:
-        stage.home()
-        shrink(bench)()
-        with pytest.raises(StageAlarmError, match=r"RJ BADDATA: .*limit\.max") as caught:
-            stage.move_to(120.0, TIMEOUT_S)
-        assert caught.value.code == "BADDATA"
