@@ -1,7 +1,7 @@
 """The store: sweeps, samples with their frames, slopes and curves, kept for good."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
@@ -11,15 +11,13 @@ from sqlalchemy import Engine
 from rig.database import queries
 from rig.database.calibrations import CalibrationShelf
 from rig.database.convert import (
-    curve_value,
     frame_row,
-    measurement_row,
-    measurement_value,
     sample_value,
     stop_row,
     stop_value,
     sweep_value,
 )
+from rig.database.curves import CurveShelf
 from rig.database.frames import (
     FrameWriter,
     clear_unfinished,
@@ -28,17 +26,15 @@ from rig.database.frames import (
     sweep_folder,
 )
 from rig.database.location import Location, locate
+from rig.database.measurements import MeasurementShelf
 from rig.database.records import (
     HistoryRow,
     Json,
-    Measurement,
     Sample,
-    SampleKey,
-    StoredCurve,
     Sweep,
 )
 from rig.database.schema import open_engine
-from rig.database.tables import CurveRow, SampleRow, SweepRow
+from rig.database.tables import SampleRow, SweepRow
 from rig.database.trouble import explained
 from rig.errors import StoreError
 from rig.frames import MultiView
@@ -58,7 +54,7 @@ def open_store(url: str | None = None) -> "Store":
     return Store(location, open_engine(location))
 
 
-class Store(CalibrationShelf):
+class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
     """One open database; a context manager, safe to use from several threads.
 
     Every method is one short transaction of its own: done when it returns, undone when it raises.
@@ -256,102 +252,3 @@ class Store(CalibrationShelf):
             StoreError: an image is missing, damaged, or another one than was stored.
         """
         return read_frames(sample.folder, sample.frames, sample.temperature_degc)
-
-    def save_measurements(
-        self, sweep_id: int, measurements: Mapping[SampleKey, Measurement]
-    ) -> None:
-        """Store what was derived from samples; earlier measurements of these give way.
-
-        Raises:
-            StoreError: one of the samples is not stored; nothing was changed.
-        """
-        with self._writing(f"store the slopes of sweep {sweep_id}") as session:
-            for key, measurement in measurements.items():
-                row = measurement_row(measurement)
-                row.sample_id = queries.sample_id(session, sweep_id, key)
-                session.merge(row)
-
-    def replace_measurements(
-        self,
-        sweep_id: int,
-        measurements: Mapping[SampleKey, Measurement],
-        *,
-        calibration_id: int | None,
-    ) -> None:
-        """Store all slopes of a sweep anew, measured with this calibration or with none.
-
-        Raises:
-            StoreError: no such sweep, sample or calibration; nothing was changed.
-        """
-        with self._writing(f"store the slopes of sweep {sweep_id}") as session:
-            if calibration_id is not None:
-                queries.calibration_row(session, calibration_id)
-            queries.sweep_row(session, sweep_id).calibration_id = calibration_id
-            for row in queries.measurement_rows(session, sweep_id).values():
-                session.delete(row)
-            session.flush()
-            for key, measurement in measurements.items():
-                row = measurement_row(measurement)
-                row.sample_id = queries.sample_id(session, sweep_id, key)
-                session.add(row)
-
-    def measurements(self, sweep_id: int) -> dict[SampleKey, Measurement]:
-        """Return what was derived from the samples of a sweep, in the order of its plan.
-
-        Raises:
-            StoreError: no such sweep.
-        """
-        with self._reading(f"read the slopes of sweep {sweep_id}") as session:
-            rows = queries.measurement_rows(session, sweep_id)
-            return {key: measurement_value(row) for key, row in rows.items()}
-
-    def save_curve(
-        self, sweep_id: int, *, curve: Json, holdout: Json, versions: Json, active: bool = True
-    ) -> int:
-        """Store a curve of the rig of a sweep, measured with the calibration of the sweep.
-
-        Args:
-            sweep_id: where it comes from.
-            curve: all that the curve needs to come back.
-            holdout: its error at the held-out distances; `rig history` shows `rms_pct`.
-            versions: see `software_versions`.
-            active: whether captures may pick it.
-
-        Returns:
-            The id of the curve.
-
-        Raises:
-            StoreError: no such sweep.
-        """
-        with self._writing(f"store a curve of sweep {sweep_id}") as session:
-            row = CurveRow(
-                rig=queries.sweep_row(session, sweep_id).rig,
-                sweep_id=sweep_id,
-                created_at=datetime.now(UTC),
-                curve=dict(curve),
-                holdout=dict(holdout),
-                versions=dict(versions),
-                active=active,
-                calibration_id=queries.sweep_row(session, sweep_id).calibration_id,
-            )
-            session.add(row)
-            session.flush()
-            return row.id
-
-    def curve(self, curve_id: int) -> StoredCurve:
-        """Return one curve.
-
-        Raises:
-            StoreError: no such curve; the message names those that there are.
-        """
-        with self._reading(f"read curve {curve_id}") as session:
-            return curve_value(queries.curve_row(session, curve_id))
-
-    def active_curve(self, rig: str) -> StoredCurve:
-        """Return the newest active curve of a rig.
-
-        Raises:
-            StoreError: there is none; the message names the rigs that have one.
-        """
-        with self._reading(f"look for the curve of {rig}") as session:
-            return curve_value(queries.active_curve_row(session, rig))

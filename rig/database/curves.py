@@ -1,0 +1,64 @@
+"""The part of the store that keeps depth-slope curves."""
+
+from datetime import UTC, datetime
+
+from rig.database import queries
+from rig.database.convert import curve_value
+from rig.database.records import Json, StoredCurve
+from rig.database.tables import CurveRow
+from rig.database.transactions import Transactions
+
+
+class CurveShelf(Transactions):
+    """Curves of every rig; none is ever changed or replaced."""
+
+    def save_curve(
+        self, sweep_id: int, *, curve: Json, holdout: Json, versions: Json, active: bool = True
+    ) -> int:
+        """Store a curve of the rig of a sweep, measured with the calibration of the sweep.
+
+        Args:
+            sweep_id: where it comes from.
+            curve: all that the curve needs to come back.
+            holdout: its error at the held-out distances; `rig history` shows `rms_pct`.
+            versions: see `software_versions`.
+            active: whether captures may pick it.
+
+        Returns:
+            The id of the curve.
+
+        Raises:
+            StoreError: no such sweep.
+        """
+        with self._writing(f"store a curve of sweep {sweep_id}") as session:
+            row = CurveRow(
+                rig=queries.sweep_row(session, sweep_id).rig,
+                sweep_id=sweep_id,
+                created_at=datetime.now(UTC),
+                curve=dict(curve),
+                holdout=dict(holdout),
+                versions=dict(versions),
+                active=active,
+                calibration_id=queries.sweep_row(session, sweep_id).calibration_id,
+            )
+            session.add(row)
+            session.flush()
+            return row.id
+
+    def curve(self, curve_id: int) -> StoredCurve:
+        """Return one curve.
+
+        Raises:
+            StoreError: no such curve; the message names those that there are.
+        """
+        with self._reading(f"read curve {curve_id}") as session:
+            return curve_value(queries.curve_row(session, curve_id))
+
+    def active_curve(self, rig: str) -> StoredCurve:
+        """Return the newest active curve of a rig.
+
+        Raises:
+            StoreError: there is none; the message names the rigs that have one.
+        """
+        with self._reading(f"look for the curve of {rig}") as session:
+            return curve_value(queries.active_curve_row(session, rig))
