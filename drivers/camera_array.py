@@ -4,11 +4,11 @@ import threading
 import time
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Final, Self
 
+from drivers.frame_takers import FrameTakers
 from drivers.pairing import Pairing
 from drivers.together import close_together, open_together, start_together
 from rig.devices import Camera
@@ -76,8 +76,9 @@ class CameraArray:
         self._max_skew_s = max_skew_s
         self._timeout_s = timeout_s
         self._news = threading.Condition()
-        self._stopping = threading.Event()
-        self._threads: list[threading.Thread] = []
+        self._takers = FrameTakers(
+            self._cameras, name=_NAME, take=self._pair, ended=self._end, failed=self._fail
+        )
         self._reset()
 
     def __enter__(self) -> Self:
@@ -97,13 +98,7 @@ class CameraArray:
             close_together(self._cameras)
             raise
         self._is_open = True
-        self._stopping.clear()
-        self._threads = [
-            threading.Thread(target=self._take, args=(i,), name=f"{_NAME} {i}", daemon=True)
-            for i in range(len(self._cameras))
-        ]
-        for thread in self._threads:
-            thread.start()
+        self._takers.start()
         return self
 
     def __exit__(
@@ -116,10 +111,7 @@ class CameraArray:
         with self._news:
             self._is_open = False
             self._news.notify_all()
-        self._stopping.set()
-        for thread in self._threads:
-            thread.join()
-        self._threads.clear()
+        self._takers.stop()
         close_together(self._cameras)
 
     @property
@@ -217,24 +209,15 @@ class CameraArray:
                     raise self._nothing_since(asked_s, self._timeout_s, self._pairing)
                 self._news.wait(left_s)
 
-    def _take(self, index: int) -> None:
-        """Run in a thread of its own: hand every frame of one camera over to the pairing."""
-        camera = self._cameras[index]
-        try:
-            while not self._stopping.is_set():
-                with suppress(CaptureTimeoutError):  # whoever waits sees that nothing comes
-                    for multi_view in camera.stream():
-                        self._pair(index, multi_view)
-                        if self._stopping.is_set():
-                            return
-                    with self._news:
-                        self._ended = True
-                        self._news.notify_all()
-                    return
-        except BaseException as error:  # raised again where frames are asked for
-            with self._news:
-                self._failure = self._failure or error
-                self._news.notify_all()
+    def _end(self) -> None:
+        with self._news:
+            self._ended = True
+            self._news.notify_all()
+
+    def _fail(self, error: BaseException) -> None:
+        with self._news:
+            self._failure = self._failure or error
+            self._news.notify_all()
 
     def _pair(self, index: int, multi_view: MultiView) -> None:
         with self._news:
