@@ -24,7 +24,8 @@ from rig.epipolar.window import Cameras
 Float = NDArray[np.float64]
 
 _PIXELS, _SMALLEST_CELL_PX, _BORDER_PX = 2000, 8, 4
-_FEWEST_PIXELS, _FEWEST_VIEWS = 150, 3
+_FEWEST_PIXELS, _FEWEST_VIEWS, _MOST_VIEWS = 150, 3, 32
+"""In larger arrays errors of single places average out, and the fit grows with the third power."""
 _JUMP_LABELS, _JUMP_RADIUS_PX = 1.5, 4
 _DOUBT_SIGMAS, _ROUNDS = 3.0, 2
 _EXPECTED_PX, _HELD = 0.3, 1e8
@@ -55,9 +56,10 @@ def find_placement(
         splines: what `rig.epipolar.sampling.pad` makes of the images, if there already.
 
     Returns:
-        None where there are too few views (its slope explains any shift of a pair) or pixels.
+        None where there are too few views (its slope explains any shift of a pair), more than pay,
+        or too few pixels.
     """
-    if len(images) < _FEWEST_VIEWS:
+    if not _FEWEST_VIEWS <= len(images) <= _MOST_VIEWS:
         return None
     clear = ~near_jumps(slope_px, _JUMP_LABELS * cameras.step_px, _JUMP_RADIUS_PX)
     rows, columns = _steepest(

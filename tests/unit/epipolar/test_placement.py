@@ -114,12 +114,15 @@ def test_slopes_are_better_where_the_views_are_than_where_they_are_told(wall: Sc
     assert again.warnings == ()
 
 
-def test_a_pair_and_a_picture_without_texture_tell_no_places(wall: Scene) -> None:
+def test_a_pair_too_many_views_and_pictures_without_texture_tell_no_places(wall: Scene) -> None:
     images = wall.views.images.astype(np.float32)
     slope = wall.slope_px.astype(np.float32)
     pair, all_of_them = Cameras(X_STEPS[:2], Y_STEPS[:2], 1), Cameras(X_STEPS, Y_STEPS, REFERENCE)
     hidden = np.zeros(images.shape, np.bool_)
     assert find_placement(images[:2], slope, hidden[:2], pair, 1.0) is None
+    many = Cameras(np.tile(X_STEPS, 7), np.tile(Y_STEPS, 7), REFERENCE)
+    stack = np.tile(images, (7, 1, 1))
+    assert find_placement(stack, slope, np.zeros(stack.shape, np.bool_), many, 1.0) is None
     assert find_placement(np.full_like(images, 90.0), slope, hidden, all_of_them, 1.0) is None
 
 
