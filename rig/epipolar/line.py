@@ -130,7 +130,9 @@ def _fit_lines(
         np.empty((views, width), np.float32),
         np.empty((views, width), np.float32),
     )
-    columns, here = np.arange(width).astype(np.float32), np.empty(width, np.float32)
+    columns, here = np.empty(width, np.float32), np.empty(width, np.float32)
+    for u in range(width):
+        columns[u] = np.float32(u)
     poor, members = np.empty((HALVES, width), np.float32), np.empty((HALVES, width), np.float32)
     sums = np.empty((_SUMS, width), np.float32)
     lock = np.empty(width, np.float32)

@@ -111,8 +111,10 @@ def sample_points(
     else:
         values, tilts = np.empty((4, count), np.float32), np.empty((4, count), np.float32)
         by_x, unused = np.empty(count, np.float32), np.empty(count, np.float32)
+        for u in range(count):
+            place[u] -= np.int32(stride)
         for k in range(4):
-            _fetch(padded[k * stride :], place - np.int32(stride), 1, taps)
+            _fetch(padded[k * stride :], place, 1, taps)
             _weigh(taps, shares[0], -x_step, values[k], tilts[k])
         _weigh(tilts, shares[1], np.float32(1), by_x, unused)
         _weigh(values, shares[1], -y_step, grey, tilt)

@@ -27,6 +27,10 @@ _LIMIT, _CLEARLY = 3.0, 0.5
 scales of the line fit."""
 _UNSEEN = np.float32(1e6)
 
+_REACH = np.arange(-_RADIUS_PX, _RADIUS_PX + 1, dtype=np.float32)
+_NEARNESS = np.float32(1) / (np.float32(1) + _REACH[:, None] ** 2 + _REACH**2)
+"""Weight of each neighbour."""
+
 
 def choose_sides(
     splines: NDArray[np.float32],
@@ -87,15 +91,13 @@ def _find_sides(
 ) -> None:
     """Mean slope of the farther and of the nearer neighbours, near ones first."""
     height, width = slope.shape
-    reach = np.arange(-_RADIUS_PX, _RADIUS_PX + 1).astype(np.float32)
-    weights = np.float32(1) / (np.float32(1) + reach.reshape(-1, 1) ** 2 + reach**2)
     for i in range(len(rows)):
         v, u = rows[i], columns[i]
         middle = np.float32(0.5) * (low[v, u] + high[v, u])
         far = far_weight = near = near_weight = np.float32(0)
         for y in range(max(v - _RADIUS_PX, 0), min(v + _RADIUS_PX + 1, height)):
             for x in range(max(u - _RADIUS_PX, 0), min(u + _RADIUS_PX + 1, width)):
-                w = weights[y - v + _RADIUS_PX, x - u + _RADIUS_PX]
+                w = _NEARNESS[y - v + _RADIUS_PX, x - u + _RADIUS_PX]
                 m = slope[y, x]
                 far_w = w if m < middle else np.float32(0)
                 far += far_w * m
@@ -122,8 +124,10 @@ def _prefer(
     """Fill in by how much the nearer slope fits worse than the farther one, grey levels."""
     height, width = grey.shape
     count = len(rows)
-    here, across = rows.astype(np.float32), columns.astype(np.float32)
-    value, tilt, seen = (
+    here, across, slope, value, tilt, seen = (
+        np.empty(count, np.float32),
+        np.empty(count, np.float32),
+        np.empty(count, np.float32),
         np.empty(count, np.float32),
         np.empty(count, np.float32),
         np.empty(count, np.float32),
@@ -131,12 +135,15 @@ def _prefer(
     poor = np.zeros((2, HALVES, count), np.float32)
     members = np.zeros((2, HALVES, count), np.float32)
     for side in range(2):
+        for i in range(count):
+            here[i], across[i] = np.float32(rows[i]), np.float32(columns[i])
+            slope[i] = sides[side, i]
         for k in range(len(half)):
             h = half[k]
             if h >= 0:
                 sample_points(
-                    padded[k], height, width, across, here, sides[side].copy(), x_steps[k],
-                    y_steps[k], value, tilt, seen,
+                    padded[k], height, width, across, here, slope, x_steps[k], y_steps[k], value,
+                    tilt, seen,
                 )  # fmt: skip
                 for i in range(count):
                     d = min(abs(value[i] - grey[rows[i], columns[i]]), limit)
