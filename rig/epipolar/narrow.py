@@ -51,7 +51,7 @@ def narrow_costs(
         for k, offset in enumerate(offsets_px):
             _narrow(
                 padded, images[reference], xs, ys, half, centre_px, offset,
-                np.float32(truncation), start, stop, lines, sums, rows, costs[:, k],
+                np.float32(truncation), start, stop, lines, sums, rows, k, costs,
             )  # fmt: skip
 
     run_in_bands(work, height)
@@ -73,6 +73,7 @@ def _narrow(
     lines: NDArray[np.float32],
     sums: NDArray[np.float32],
     rows: NDArray[np.float32],
+    k: int,
     costs: NDArray[np.uint8],
 ) -> None:
     height, width = grey.shape
@@ -101,7 +102,7 @@ def _narrow(
             mean_of_three(sums[0], sums[1], unseen, rows[v % 3])
         if v > start:
             above, below = rows[max(v - 2, 0) % 3], rows[min(v, height - 1) % 3]
-            join_halves(above, rows[(v - 1) % 3], below, truncation, costs[v - 1])
+            join_halves(above, rows[(v - 1) % 3], below, truncation, costs[v - 1, k])
 
 
 @kernel()
