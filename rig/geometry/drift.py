@@ -55,7 +55,10 @@ def measure_drift(geometry: RigGeometry, points_mm: Float, seen: Sequence[Sighti
     one pose of the board, and the geometry may give way as far as its covariance C allows
     (generalised least squares with S = sigma^2 I + J C J^T). Over the freedoms that this has less,
     the excess follows an F distribution if the rig is as it was (G. A. F. Seber and A. J. Lee,
-    "Linear Regression Analysis", 2003, 3.10 and 4.3).
+    "Linear Regression Analysis", 2003, 3.10 and 4.3). Errors that repeat with the pixel grid are no
+    drift: where edges run along rows of pixels, all points of an edge pull a corner the same way,
+    by the sine of its phase, and on a board square to the grid that looks like a bent lens. Both
+    sides of the comparison are free to have them, in each view by an amplitude of its own.
 
     Args:
         geometry: the calibration, with its covariance.
@@ -77,15 +80,18 @@ def measure_drift(geometry: RigGeometry, points_mm: Float, seen: Sequence[Sighti
     picture = _Picture(geometry, points_mm, used)
     pose, residual = picture.fitted()
     by_pose, by_geometry = picture.by_pose(pose), picture.by_geometry(pose)
-    noise = [_noise(residual[r], by_pose[r], by_geometry[r]) for r in picture.rows()]
+    by_phase = picture.by_phase(residual)
+    moves = np.column_stack([by_pose, by_geometry, by_phase])
+    noise = [_noise(residual[r], moves[r]) for r in picture.rows()]
     spare = sum(dof for _, dof in noise)
     noise_px2 = sum(squares for squares, _ in noise) / spare
     allowed = by_geometry @ geometry.covariance @ by_geometry.T
     weigh = cho_factor(noise_px2 * np.eye(len(residual)) + allowed)
-    weighed = cho_solve(weigh, np.column_stack([residual, by_pose]))
-    normal, pull = by_pose.T @ weighed[:, 1:], by_pose.T @ weighed[:, 0]
+    free = _directions(np.column_stack([by_pose, by_phase]))
+    weighed = cho_solve(weigh, np.column_stack([residual, free]))
+    normal, pull = free.T @ weighed[:, 1:], free.T @ weighed[:, 0]
     chi2 = float(residual @ weighed[:, 0] - pull @ np.linalg.solve(normal, pull))
-    dof = len(residual) - _POSE - spare
+    dof = len(residual) - free.shape[1] - spare
     ratio = max(0.0, chi2 - spare) / dof
     means = [residual[r].reshape(-1, 2).mean(axis=0).tolist() for r in picture.rows()]
     expected = noise_px2 * (len(residual) - _POSE)
@@ -101,12 +107,16 @@ def measure_drift(geometry: RigGeometry, points_mm: Float, seen: Sequence[Sighti
     )
 
 
-def _noise(residual: Float, by_pose: Float, by_geometry: Float) -> tuple[float, int]:
-    """Squares of what neither pose nor lens of one view explain, and how many they are."""
-    moves = np.column_stack([by_pose, by_geometry])
+def _directions(moves: Float) -> Float:
+    """Orthonormal columns of what the columns of a matrix can tell apart."""
     moves = moves[:, np.abs(moves).max(axis=0) > 0.0]  # lenses of other views move nothing here
     left, sizes, _ = np.linalg.svd(moves / np.linalg.norm(moves, axis=0), full_matrices=False)
-    free = left[:, sizes > _RANK * sizes[0]]
+    return left[:, sizes > _RANK * sizes[0]]
+
+
+def _noise(residual: Float, moves: Float) -> tuple[float, int]:
+    """Squares of what neither pose, lens nor phase of one view explain, and how many they are."""
+    free = _directions(moves)
     rest = residual - free @ (free.T @ residual)
     return float(rest @ rest), len(residual) - free.shape[1]
 
@@ -153,6 +163,19 @@ class _Picture:
             behind, ahead = _moved(pose, -change), _moved(pose, change)
             columns.append((self.residual(behind) - self.residual(ahead)) / (2.0 * step))
         return np.stack(columns, axis=1)
+
+    def by_phase(self, residual: Float) -> Float:
+        """(2 M, 2 V) how an error that repeats with the pixels moves corners: x, y of each view.
+
+        By the phase where corners are expected: where all have the same, that of the found ones
+        would differ by their noise alone, and take it away.
+        """
+        columns = np.zeros((2 * sum(map(len, self.seen)), 2 * len(self.seen)))
+        for view, (rows, sighting) in enumerate(zip(self.rows(), self.seen, strict=True)):
+            for axis in range(2):
+                expected_px = sighting.xy_px[:, axis] - residual[rows][axis::2]
+                columns[rows, 2 * view + axis][axis::2] = np.sin(2.0 * np.pi * expected_px)
+        return columns
 
     def by_geometry(self, pose: Pose) -> Float:
         """(2 M, P) derivative of the projections by the parameters that the covariance is over."""

@@ -12,6 +12,7 @@ from rig.geometry.camera_model import CameraModel
 from rig.geometry.drift import measure_drift
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
+from rig.geometry.sighting import Sighting
 from tests.support.calibration_scene import BoardPose, Scene, TrueCamera, flat_board_mm, turn
 
 Float = NDArray[np.float64]
@@ -114,6 +115,32 @@ def test_the_noise_is_that_of_the_corners_whatever_it_is(corner_px: float):
     drift = measure_drift(calibrated(3), flat_board_mm(), scene(corner_px=corner_px).sightings(3))
     assert drift.probability > 0.01
     assert 12 <= drift.dof <= 39  # poses of two views at least, pose and lens of three at most
+
+
+def drawn_by_phase(seed: int, distance_mm: float) -> tuple[RigGeometry, list[Sighting]]:
+    """Cameras and a board square to the pixels: corners of a row err alike."""
+    straight = true_parameters()
+    straight[27:30] = straight[33:36] = 0.0
+    straight[30:33], straight[36:39] = -np.array(PLACES_MM[1]), -np.array(PLACES_MM[2])
+    error = np.linalg.cholesky(covariance()) @ np.random.default_rng(seed).standard_normal(39)
+    cameras = tuple(replace(camera, turned_deg=(0.0, 0.0, 0.0)) for camera in CAMERAS)
+    pose = BoardPose((20.0, -10.0, distance_mm), (1.0, -1.5, 0.0))
+    found = [
+        replace(s, xy_px=s.xy_px + 0.015 * np.sin(2.0 * np.pi * s.xy_px))
+        for s in Scene(cameras, (pose,), 0.01).sightings(seed)
+    ]
+    return replace(geometry_of(straight + error), covariance=covariance()), found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("distance_mm", [735.0, 1160.0])
+def test_what_repeats_with_the_pixels_is_no_drift(distance_mm: float):
+    """30 and 19 px a square, which without the phase among the freedoms has chi2 of 2 to 5."""
+    found = [
+        measure_drift(geometry, flat_board_mm(), seen).chi2_per_dof
+        for geometry, seen in (drawn_by_phase(seed, distance_mm) for seed in (1, 2, 3))
+    ]
+    assert max(found) < 1.7  # of 36 degrees of freedom, under 1 %
 
 
 def test_a_camera_that_was_knocked_is_found_and_named():
