@@ -96,10 +96,9 @@ def _moving_rounds(rested: Adjusted, motion: Motion, resting: NDArray[np.bool_])
     for turn in range(_MOST_MOVING_ROUNDS):
         before, was = scatter, motion
         problem = replace(problem, tie=motion.ties(at, target, observed))
-        at = settle(
+        at, linear = settle(
             problem, at, weight, _STEPS_A_ROUND, _COARSE_DAMPING if turn == 0 else _FINE_DAMPING
         )
-        linear = linearise(observed, target, at)
         residual_px = linear.residual_px
         floor_px = scatter.floor_px if turn > _LAST_FLOOR else None
         scatter = measure_scatter(observed, residual_px, len(at.lenses), floor_px)
@@ -129,10 +128,10 @@ def _rounds(
         before = scatter
         # Rejection waits until the scales have seen the fit once.
         weight = point_weights(scatter, reject=reject and turn > 0)
-        at = settle(
+        at, linear = settle(
             problem, at, weight, _STEPS_A_ROUND, _COARSE_DAMPING if turn == 0 else _FINE_DAMPING
         )
-        residual_px = linearise(observed, target, at).residual_px
+        residual_px = linear.residual_px
         floor_px = scatter.floor_px if turn > _LAST_FLOOR else None
         scatter = measure_scatter(observed, residual_px, len(at.lenses), floor_px)
         change = np.abs(np.log(scatter.sigma_px / before.sigma_px)).max()

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.geometry.calibration.adjust import Adjusted
-from rig.geometry.calibration.linearise import linearise
 from rig.geometry.calibration.normal import form
 from rig.geometry.calibration.rotations import apply, cross_matrix, times, turn_between
 from rig.geometry.calibration.scatter import measure_scatter, point_weights
@@ -55,11 +54,9 @@ def fit_alone(adjusted: Adjusted) -> Alone:
         motion=None,
     )
     each = replace(problem, observed=single, layout=layout, stops=None, tie=None)
-    rough = settle(each, common, observed.sigma_px**-2.0, _STEPS)
-    residual_px = linearise(single, problem.target, rough).residual_px
-    weight = point_weights(measure_scatter(single, residual_px, views), reject=True)
-    own = settle(each, rough, weight, _STEPS)
-    linear = linearise(single, problem.target, own)
+    rough, linear = settle(each, common, observed.sigma_px**-2.0, _STEPS)
+    weight = point_weights(measure_scatter(single, linear.residual_px, views), reject=True)
+    own, linear = settle(each, rough, weight, _STEPS)
     scatter = measure_scatter(single, linear.residual_px, views)
     view_of = observed.view[observed.sighting_of_point]
     even = (observed.sigma_px * scatter.view_scale[view_of]) ** -2.0

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.geometry.calibration.adjust import Adjusted
-from rig.geometry.calibration.linearise import linearise
 from rig.geometry.calibration.priors import StageStops
 from rig.geometry.calibration.settle import Problem, settle
 from rig.geometry.calibration.unknowns import Free, lay_out
@@ -33,7 +32,9 @@ def held_out_residuals(adjusted: Adjusted) -> Float:
         out = fold == number
         weight = adjusted.weight[of_point != number]
         shown = out[observed.picture]
-        taught = settle(_part(problem, ~out), adjusted.at.with_boards(~out, ~shown), weight, _STEPS)
+        taught, _ = settle(
+            _part(problem, ~out), adjusted.at.with_boards(~out, ~shown), weight, _STEPS
+        )
         unseen = _part(problem, out)
         layout = lay_out(taught.lenses, 0, Free(*[False] * 5), stage=unseen.stops is not None)
         unseen = replace(unseen, layout=layout)
@@ -44,8 +45,7 @@ def held_out_residuals(adjusted: Adjusted) -> Float:
             board_shift_mm=own.board_shift_mm,
             motion=own.motion,
         )
-        placed = settle(unseen, start, adjusted.weight[of_point == number], _STEPS)
-        linear = linearise(unseen.observed, unseen.target, placed)
+        _, linear = settle(unseen, start, adjusted.weight[of_point == number], _STEPS)
         residual_px[of_point == number] = linear.residual_px
     return residual_px
 

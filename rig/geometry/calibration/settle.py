@@ -42,7 +42,7 @@ def settle(
     weight: Float,
     most_steps: int,
     damping: float = _LIGHT_DAMPING,
-) -> Unknowns:
+) -> tuple[Unknowns, Linearised]:
     """Minimise the weighted squares from a start near the answer.
 
     D. W. Marquardt, "An algorithm for least-squares estimation of nonlinear parameters", J. SIAM
@@ -54,6 +54,9 @@ def settle(
         weight: (M,) inverse variances.
         most_steps: steps taken at most; steps that are refused do not count.
         damping: to begin with; light near the answer, where the first step nearly reaches it.
+
+    Returns:
+        Where it settled, and residuals and derivatives there.
     """
     at, taken = start, 0
     linear = linearise(problem.observed, problem.target, at)
@@ -81,7 +84,7 @@ def settle(
             damping *= _GROWTH
         if done:
             break
-    return at
+    return at, linear
 
 
 def _cost(problem: Problem, at: Unknowns, linear: Linearised, weight: Float) -> float:
