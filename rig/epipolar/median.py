@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.bands import run_in_bands
+from rig.epipolar.bands import run_in_bands, run_side_by_side
 from rig.epipolar.kernel import kernel
 from rig.epipolar.rank import highest, jumps, lowest
 
@@ -50,18 +50,20 @@ def guided_median(
     result = slope_px.copy()
     places = np.flatnonzero(where)
     own = slope_px.ravel()[places], grey.ravel()[places]
-    bounds = (
-        lowest(slope_px, radius_px).ravel()[places],
-        highest(slope_px, radius_px).ravel()[places],
+    bounds = run_side_by_side(
+        lambda: lowest(slope_px, radius_px).ravel()[places],
+        lambda: highest(slope_px, radius_px).ravel()[places],
     )
     stride = slope_px.shape[1] + 2 * radius_px
     rows, columns = np.divmod(places, slope_px.shape[1])
     framed = ((rows + radius_px) * stride + columns + radius_px).astype(np.int32)
     dy, dx = np.mgrid[-radius_px : radius_px + 1, -radius_px : radius_px + 1]
     taps = (dy * stride + dx)[(dy + dx) % 2 == 0].astype(np.int32)
-    slopes = np.pad(slope_px, radius_px).ravel()
     # Grey values outside the picture resemble none, so that nothing outside has a say.
-    greys = np.pad(grey, radius_px, constant_values=1e15).ravel()
+    slopes, greys = run_side_by_side(
+        lambda: np.pad(slope_px, radius_px).ravel(),
+        lambda: np.pad(grey, radius_px, constant_values=1e15).ravel(),
+    )
     found = np.empty(len(places), np.float32)
 
     def work(start: int, stop: int) -> None:

@@ -12,10 +12,12 @@ pixels) and positions that are all too large by one factor (slopes too small by 
 at zero, so that the mean of the slopes stays what the positions told.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.bands import run_in_bands
+from rig.epipolar.bands import run_in_bands, run_side_by_side
 from rig.epipolar.median import near_jumps
 from rig.epipolar.placement import Placement
 from rig.epipolar.sampling import pad, sample_points
@@ -79,7 +81,7 @@ def find_placement(
     weight = seen.astype(np.float64)
     found, covariance = np.zeros((len(images), _UNKNOWNS)), np.zeros_like(prior)
     for _ in range(_ROUNDS):
-        normal, right = _normal_equations(weight, design, tilt, difference)
+        normal, right = _in_halves(_normal_equations, weight, design, tilt, difference)
         covariance[:] = np.linalg.inv(normal / noise_levels**2 + prior)
         found = (covariance @ (right / noise_levels**2)).reshape(-1, _UNKNOWNS)
         left = _rest(weight, tilt, difference - design @ found.T)
@@ -87,6 +89,16 @@ def find_placement(
         noise_levels = max(scatter / max(free, 0.1) ** 0.5, 1e-9)
         weight = seen / (1.0 + (left / (_DOUBT_SIGMAS * noise_levels)) ** 2)
     return _placement(found, covariance, slope)
+
+
+def _in_halves(sums: Callable[..., tuple[Float, Float]], *of_pixels: Float) -> tuple[Float, Float]:
+    """Add up what a function sums over pixels, each half of them on a thread of its own."""
+    half = len(of_pixels[0]) // 2
+    first, last = run_side_by_side(
+        lambda: sums(*(one[:half] for one in of_pixels)),
+        lambda: sums(*(one[half:] for one in of_pixels)),
+    )
+    return first[0] + last[0], first[1] + last[1]
 
 
 def _steepest(
