@@ -92,7 +92,7 @@ def _outcome_of(session: pytest.Session) -> Outcome:
 
 def run_in_guest(session: pytest.Session, config: pytest.Config) -> Outcome:
     """Boot the guest, and let it run all tests of this folder that were asked for."""
-    tests = [item.nodeid for item in session.items if _belongs_to_guest(item)]
+    tests = [_plain_id(item) for item in session.items if _belongs_to_guest(item)]
     if any(item.path.name == ON_HOST for item in session.items) and not any(
         test.startswith(NEEDED_ON_HOST) for test in tests
     ):
@@ -141,9 +141,14 @@ cat /proc/uptime
 """
 
 
+def _plain_id(item: pytest.Item) -> str:
+    """Return the name of a test without the group that pytest-xdist may have put behind it."""
+    return item.nodeid.partition("@")[0]
+
+
 def _reports(item: pytest.Item, outcome: Outcome) -> list[pytest.TestReport]:
-    if isinstance(outcome, dict) and item.nodeid in outcome:
-        return [pytest.TestReport._from_json(report) for report in outcome[item.nodeid]]
+    if isinstance(outcome, dict) and (found := outcome.get(_plain_id(item))):
+        return [pytest.TestReport._from_json({**told, "nodeid": item.nodeid}) for told in found]
     if isinstance(outcome, str):
         where = (str(item.path), (item.location[1] or 0) + 1, f"Skipped: no guest: {outcome}")
         return [_report(item, "skipped", where)]
