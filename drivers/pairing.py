@@ -12,7 +12,8 @@ _KEPT: Final = 16
 """Frames of one camera that wait for a partner at most."""
 _INTERVALS: Final = 9
 """So many last intervals tell how fast a camera really is."""
-_CLEARLY_SLOWER: Final = 1.25
+_CLEARLY: Final = 1.25
+"""Ratio of periods from which they are different; below it may be jitter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +105,8 @@ class Pairing(Generic[Item]):
     @property
     def _period_s(self) -> float:
         """Period that pairs are judged by: lost frames can only make a measured one too long."""
-        return min(self._asked_s, self._queues[self._leader].period_s)
+        measured_s = self._queues[self._leader].period_s
+        return measured_s if _CLEARLY * measured_s < self._asked_s else self._asked_s
 
     def push(self, camera: int, time_s: float, item: Item) -> Outcome[Item]:
         """Take a frame in and return all that is decided by it.
@@ -141,7 +143,7 @@ class Pairing(Generic[Item]):
     def _choose_leader(self) -> None:
         slowest = max(range(len(self._queues)), key=lambda i: self._queues[i].period_s)
         leads_s = self._queues[self._leader].period_s
-        if self._queues[slowest].period_s > _CLEARLY_SLOWER * leads_s:
+        if self._queues[slowest].period_s > _CLEARLY * leads_s:
             self._leader = slowest
 
     def _decide(self, outcome: Outcome[Item]) -> bool:
