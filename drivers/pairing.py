@@ -70,9 +70,10 @@ class Pairing(Generic[Item]):
     """Nearest neighbours in time, each frame once; the slowest camera leads.
 
     For every frame of the leader the nearest frame of each other camera is its partner. Together
-    they are a group if their skew is at most a quarter of the leader's period, so that no frame of
-    another instant could be mistaken for one of this, and at most `max_skew_s`. A decision falls as
-    soon as no nearer frame can come: there is no extra delay.
+    they are a group if their skew is at most a quarter of the period, so that no frame of another
+    instant could be mistaken for one of this, and at most `max_skew_s`. The period is the one asked
+    for, unless the leader is clearly faster. A decision falls as soon as no nearer frame can come:
+    there is no extra delay.
 
     Args:
         cameras: how many.
