@@ -1,13 +1,15 @@
 """The joint line fit: one slope plane for all edge pixels of a board and all views."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.board_light import LightField
 from rig.epipolar.board_lines import BoardLines, BoardViews, Paths
+from rig.epipolar.board_sigma import Scores, asymmetry_px, plane_covariance
 from rig.epipolar.board_slope import BoardSlope
 from rig.epipolar.corner_tracks import CornerPlane, epipolar_errors, fit_corner_tracks
 from rig.epipolar.misalignment import fit_misalignment
@@ -20,6 +22,9 @@ Float = NDArray[np.float64]
 
 SMOOTH_PX = 0.6
 """Gaussian before the fit. Splines need some; every bit more than that costs information."""
+_MORE_BLUR_PX = (1.0, 1.5)
+"""Gaussians that show how values and gradients change with blur. Splines of sharper pictures move
+edges to one side, most at a quarter of a pixel, by thousandths."""
 _BORDER_PX = 5.0
 """Blur and smoothing carry the background this far into the outermost squares."""
 _STEPS = 10
@@ -33,11 +38,11 @@ def fit_board_slope(
 
     The tracks of the corners give an unambiguous start. From there Gauss-Newton minimises
     `sum (I_v(u - m x_v, v - m y_v) - T(u, v))^2` over the plane m(u, v), with the unknown texture
-    T eliminated as the mean over views, so that no single view's noise counts twice, and with gain
-    and offset of every view fitted along. Views that are not rectified leave their lines by a
-    smooth field that their corners tell; it is taken along. Pictures of calibrated cameras are
-    sampled where the calibration says, themselves and not a resampled copy. Deterministic to the
-    last bit.
+    T eliminated as the mean over views, so that no single view's noise counts twice, and with a
+    smooth gain and offset of every view fitted along. Views that are not rectified leave their
+    lines by a smooth field that their corners tell; it is taken along. Pictures of calibrated
+    cameras are sampled where the calibration says, themselves and not a resampled copy.
+    Deterministic to the last bit.
 
     Args:
         views: Rectified views, or raw ones with a calibration; the board stands still in them.
@@ -74,7 +79,7 @@ def fit_board_slope(
     longest = float(np.hypot(x_steps, y_steps).max())
     period_px = float(np.sqrt(2)) * board.side_px / longest
     _stays_at_start(fit, tracks, period_px)
-    covariance = _covariance(lines, paths.pixels, fit)
+    covariance, beside_px = _certainty(lines, paths, fit, board.side_px)
     a, b, c = (float(number) for number in fit.plane)
     return BoardSlope(
         slope_px=a,
@@ -83,17 +88,18 @@ def fit_board_slope(
         plane_covariance=covariance,
         centre_px=(float(centre_px[0]), float(centre_px[1])),
         corner_slope_px=float(tracks.plane[0]),
-        corner_sigma_px=tracks.sigma_px,
+        corner_sigma_px=float(np.hypot(tracks.sigma_px, beside_px)),
         track_residual_px=tracks.residual_px,
         epipolar_px=epipolar_errors(xy_px, x_steps, y_steps, reference),
         corners_px=xy_px[reference],
-        residual=fit.residual,
+        residual=float(np.sqrt(np.mean(fit.look.scores.residual**2))),
         edge_pixels=paths.pixels.shape[1],
         side_px=board.side_px,
         period_px=period_px,
         outline_px=outline_px,
         views=tuple(used),
-        gains=tuple(float(gain) for gain in fit.gains),
+        gains=tuple(float(gain) for gain in fit.look.gains),
+        asymmetry_px=beside_px,
     )
 
 
@@ -139,30 +145,35 @@ def _outline(xy_px: Float, side_px: float) -> tuple[Float, Float]:
 
 
 @dataclass(frozen=True, slots=True)
+class _Look:
+    """The views along the lines of one plane."""
+
+    scores: Scores
+    texture: Float
+    """(N,) mean over the views."""
+    gradient: Float
+    """(2, N) of the same."""
+    gains: Float
+
+
+@dataclass(frozen=True, slots=True)
 class _Fit:
     plane: Float
-    normal: Float
-    gradient: Float
-    gains: Float
-    residual: float
-    variance: float
+    light: LightField
+    look: _Look
 
 
 def _gauss_newton(lines: BoardLines, paths: Paths) -> _Fit:
     plane = paths.plane.copy()
-    design, steps = lines.design(paths.pixels), lines.steps()
-    views, count = len(steps), paths.pixels.shape[1]
-    reach = np.abs(design).max(axis=1)
+    light = LightField.over(paths.pixels, lines.centre_px)
+    reach = np.abs(lines.design(paths.pixels)).max(axis=1)
     change = np.full(3, np.inf)
     for _ in range(_STEPS):
-        value, gradient = lines.sample(paths, plane)
-        value, gains = _levelled(value)
-        residual = value - value.mean(axis=0)
-        # d value / d slope of each view, about the mean over views.
-        rate = -(steps @ gradient)
-        scaled = design / reach[:, None]
-        normal = (scaled * (rate**2).sum(axis=0)) @ scaled.T
-        change = np.linalg.solve(normal, scaled @ (rate * residual).sum(axis=0)) / reach
+        look = _look(lines, paths, plane, light, SMOOTH_PX)
+        scores = look.scores
+        normal = scores.normal / np.outer(reach, reach)
+        score = scores.design @ (scores.rate * scores.residual).sum(axis=0)
+        change = np.linalg.solve(normal, score / reach) / reach
         plane = plane - change
         if float(np.abs(change * reach).sum()) < _SETTLED_PX:
             break
@@ -171,54 +182,45 @@ def _gauss_newton(lines: BoardLines, paths: Paths) -> _Fit:
             f"line fit of the board still moves by {np.abs(change * reach).sum():.1e} px after "
             f"{_STEPS} steps; look for motion, glare or a bent board"
         )
-    power = float((residual**2).sum())
-    return _Fit(
-        plane,
-        normal * np.outer(reach, reach),
-        gradient,
-        gains,
-        float(np.sqrt(power / residual.size)),
-        power / ((views - 1) * count),
+    return _Fit(plane, light, look)
+
+
+def _look(
+    lines: BoardLines, paths: Paths, plane: Float, light: LightField, smooth_px: float
+) -> _Look:
+    design, steps = lines.design(paths.pixels), lines.steps()
+    value, gradient = lines.sample(paths, plane)
+    level, gains = light.levelled(value, gradient, smooth_px)
+    # d value / d slope of each view, about the mean over views.
+    rate = -(steps @ gradient)
+    normal = (design * (rate**2).sum(axis=0)) @ design.T
+    scores = Scores(paths.pixels, design, rate, level - level.mean(axis=0), normal)
+    return _Look(scores, value.mean(axis=0), gradient, gains)
+
+
+def _certainty(lines: BoardLines, paths: Paths, fit: _Fit, side_px: float) -> tuple[Float, float]:
+    """Covariance of the plane, and by how much the lenses' asymmetry may move the slope."""
+    smoother, smoothest = (
+        _look(_blurred(lines, blur_px), paths, fit.plane, fit.light, blur_px)
+        for blur_px in _MORE_BLUR_PX
     )
+    # More or less blur in a view is even about an edge and pulls no slope; left in the residuals it
+    # would look like noise.
+    scores, change = fit.look.scores, smoother.texture - fit.look.texture
+    blur = scores.residual @ change / (change @ change)
+    noise = replace(scores, residual=scores.residual - blur[:, None] * change)
+    bend = smoothest.gradient - smoother.gradient
+    beside_px = asymmetry_px(noise, smoother.scores, bend, side_px)
+    covariance = plane_covariance(noise, side_px)
+    covariance[0, 0] += beside_px**2
+    return covariance, beside_px
 
 
-def _levelled(value: Float) -> tuple[Float, Float]:
-    """Values with each view's gain and offset against the mean of all taken out, and the gains."""
-    texture = value.mean(axis=0)
-    texture = texture - texture.mean()
-    middle = value.mean(axis=1, keepdims=True)
-    gains = (value - middle) @ texture / (texture @ texture)
-    return (value - middle) / gains[:, None], gains
-
-
-def _covariance(lines: BoardLines, pixels: Float, fit: _Fit) -> Float:
-    """Covariance of the plane under noise that the smoothing has correlated.
-
-    White noise smoothed by a Gaussian of sigma s has the autocorrelation exp(-r^2 / 4 s^2), so the
-    scores of neighbouring pixels add up; see White, Econometrica 48 (1980) for the sandwich.
-    """
-    low = pixels.min(axis=1).astype(np.intp)
-    column, row = pixels.astype(np.intp) - low[:, None]
-    shape = (int(row.max()) + 1, int(column.max()) + 1)
-    design, steps = lines.design(pixels), lines.steps()
-    fields = np.zeros((2, 3, *shape), np.float32)
-    fields[:, :, row, column] = fit.gradient[:, None] * design[None]
-    spread = np.sqrt(2.0) * SMOOTH_PX
-    mixed = np.empty_like(fields)
-    for axis in (0, 1):
-        for term in range(3):
-            mixed[axis, term] = cv2.GaussianBlur(
-                fields[axis, term], (0, 0), spread, borderType=cv2.BORDER_CONSTANT
-            )
-    mixed *= 2 * np.pi * spread**2
-    score = np.zeros((3, 3))
-    weight = steps.T @ steps
-    for i in (0, 1):
-        for j in (0, 1):
-            product = fields[i].reshape(3, -1).astype(np.float64) @ mixed[j].reshape(3, -1).T
-            score += weight[i, j] * product
-    bread = np.linalg.inv(fit.normal)
-    return bread @ score @ bread * fit.variance
+def _blurred(lines: BoardLines, blur_px: float) -> BoardLines:
+    """The views smoothed by `blur_px` instead; what is linear in pictures is so in splines."""
+    more_px = float(np.sqrt(blur_px**2 - SMOOTH_PX**2))
+    coefficients = np.stack([cv2.GaussianBlur(c, (0, 0), more_px) for c in lines.coefficients])
+    return replace(lines, coefficients=coefficients)
 
 
 def _stays_at_start(fit: _Fit, tracks: CornerPlane, period_px: float) -> None:

@@ -53,6 +53,9 @@ class BoardSlope:
     """Indices of the views that took part."""
     gains: tuple[float, ...]
     """Contrast of each of these views relative to their mean; foreshortening changes it, too."""
+    asymmetry_px: float
+    """Slope of the edges' centroids less `slope_px`, where the lenses show edges with a longer tail
+    on one side and the views differ in that; 0 within the noise. Both sigmas contain it."""
 
     def slope_at(self, x_px: Float, y_px: Float) -> Float:
         """Slope of the board's plane at pixels of the reference view."""

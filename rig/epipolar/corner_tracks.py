@@ -27,7 +27,9 @@ def fit_corner_tracks(
     """Fit one straight track per corner, then a plane through the slopes.
 
     A corner at p appears at p - m s in the view at s = (x, y); p and m follow from all views and
-    both coordinates by least squares.
+    both coordinates by least squares. Light that changes across a picture moves the corners with a
+    white square at the top left and those with a black one opposite ways; that takes no part in the
+    plane, nor in its sigma.
 
     Args:
         xy_px: Per view (rows, columns, 2) corners, in one order.
@@ -44,12 +46,14 @@ def fit_corner_tracks(
     slope = -(step * moved).sum(axis=(0, 2)) / power
     residual = moved + slope[:, None] * step
     freedom = residual.size - 3 * len(slope)
-    design = np.column_stack([np.ones(len(slope)), place[reference] - centre_px])
-    plane, *_ = np.linalg.lstsq(design, slope, rcond=None)
-    scatter = float(((slope - design @ plane) ** 2).sum()) / max(len(slope) - 3, 1)
+    row, column = np.indices(np.shape(xy_px[reference])[:2])
+    colour = 1.0 - 2.0 * ((row + column) % 2).ravel()
+    design = np.column_stack([np.ones(len(slope)), place[reference] - centre_px, colour])
+    fitted, *_ = np.linalg.lstsq(design, slope, rcond=None)
+    scatter = float(((slope - design @ fitted) ** 2).sum()) / max(len(slope) - design.shape[1], 1)
     covariance = np.linalg.inv(design.T @ design) * scatter
     return CornerPlane(
-        plane,
+        fitted[:3],
         float(np.sqrt(covariance[0, 0])),
         float(np.sqrt((residual**2).sum() / max(freedom, 1))),
     )

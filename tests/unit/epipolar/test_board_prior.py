@@ -30,6 +30,7 @@ BOARD = BoardSlope(
     outline_px=OUTLINE,
     views=(0, 1, 2),
     gains=(1.0, 1.0, 1.0),
+    asymmetry_px=0.0,
 )
 
 
