@@ -15,11 +15,6 @@ from rig.epipolar.bands import run_in_bands
 
 Float = NDArray[np.float64]
 
-_NOTICEABLE_PX, _SURE = 0.03, 4.0
-"""Errors of sampling amount to one or two hundredths of a pixel; and how many of its own sigmas the
-error of a place must have."""
-_TOLD_PX = 0.02
-"""Sigma up to which a place counts as told by the pictures."""
 _TAPS = 8
 
 
@@ -28,23 +23,29 @@ class Placement:
     """Errors of the places of views, as the match itself shows them; the reference has none."""
 
     beside_px: Float
-    """(V, 2) by how much each picture lies right of and below its lines."""
+    """(V, 2) by how much each picture lies right of and below its lines; 0 where not sure."""
     steps: Float
-    """(V, 2) what to add to the positions, view steps right and down."""
+    """(V, 2) what to add to the positions, view steps right and down; 0 where not sure."""
     distance_px: Float
-    """(V,) how far each picture lies from where its position puts it, rms over the pixels."""
+    """(V,) how far each picture seems to lie from where its position puts it, rms of the pixels."""
     sigma_px: Float
-    """(V,) 1 sigma of that, by noise."""
+    """(V,) 1 sigma of that, by noise and by what neighbouring pixels share."""
+    misplaced: NDArray[np.bool_]
+    """(V,) views that are surely not where they were told to be, and that agree better with the
+    others at their new places, in the half of the picture that was not asked for them."""
+    slope_variance: Float
+    """(3,) what is unknown about the places once `beside_px` and `steps` are applied, as a variance
+    of the slopes: 1, slope and slope^2 times these, px^2."""
 
-    @property
-    def misplaced(self) -> NDArray[np.bool_]:
-        """(V,) views that are surely not where they were told to be.
+    def slope_sigma_px(self, slope_px: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Say how uncertain places make slopes (H, W) that are told at them, 1 sigma, px.
 
-        Where texture tells the places of some views badly, it tells none of them: the errors of all
-        are told against each other.
+        Whatever is unknown about the places is common to many pixels, so that the scatter of
+        neighbours does not show it.
         """
-        told = bool(self.sigma_px.max() <= _TOLD_PX)
-        return told & (self.distance_px > np.maximum(_NOTICEABLE_PX, _SURE * self.sigma_px))
+        constant, linear, square = (np.float32(c) for c in self.slope_variance)
+        variance = constant + slope_px * (linear + slope_px * square)
+        return np.sqrt(np.maximum(variance, np.float32(0)))
 
     def warnings(self, x_steps: Float, y_steps: Float) -> tuple[str, ...]:
         """Say of every misplaced view how far it is from its position (V,) and where it may be."""

@@ -1,4 +1,6 @@
-"""Which views say something: a dead, covered or frozen one is left out, with a warning."""
+"""Which views say something: a dead, covered, frozen or doubled one is left out, with a warning."""
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +11,11 @@ from rig.errors import SlopeError
 _STRANGE, _FAMILIAR = 0.4, 0.5
 """A view is left out where it agrees with the reference less than this share of what the best view
 reaches, if that reaches the second number."""
+_ALIKE, _ALIKE_OF_FEW, _FEW = 0.25, 0.02, 3
+"""A view shows the same picture as the reference where it differs by less than this share of what
+the others make expect. Between a right view and a copy that was compressed again lies a factor of
+four; where fewer than three others are there to ask, one that is wrong itself may mislead by more.
+"""
 _SATURATED_SHARE = 0.02
 _SAMPLE_PX = 5
 
@@ -39,15 +46,63 @@ def seen_views(views: RectifiedViews) -> tuple[RectifiedViews, tuple[str, ...]]:
         )
     dark = spread < 0.02 * float(np.median(spread)) + 1e-12
     dark &= spread < 0.5 * spread[views.reference]
-    if not dark.any():
-        return views, warnings
     if int((~dark).sum()) < 2:
         raise SlopeError(
             f"only {int((~dark).sum())} of {len(dark)} views show anything; look for covered or "
             "dead cameras"
         )
+    doubled = _doubled(views, sample.reshape(len(sample), -1).astype(np.float32), dark)
     reasons = {int(i): f"shows nothing (grey spread {spread[i]:.2g})" for i in np.flatnonzero(dark)}
-    return keep(views, ~dark), warnings + _left_out(views, reasons)
+    reasons |= dict.fromkeys(
+        map(int, np.flatnonzero(doubled)),
+        "shows the same picture as the reference (one camera opened twice? swapped cables?)",
+    )
+    if not reasons:
+        return views, warnings
+    return keep(views, ~(dark | doubled)), warnings + _left_out(views, reasons)
+
+
+def _doubled(
+    views: RectifiedViews, grey: NDArray[np.float32], dark: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Tell the views that show the picture of the reference once more, (V,).
+
+    By what a gain and an offset leave between the two. How much that is for a right view, the
+    others tell: no less than in proportion to how far the baseline moves the texture (a view close
+    by, or one that moves along stripes, differs by little or nothing), and where all are alike (no
+    texture, no noise and slope 0), none is named.
+    """
+    reference = views.reference
+    grey = grey - grey.mean(axis=1, keepdims=True)
+    own = float(grey[reference] @ grey[reference])
+    shared = (grey @ grey[reference]) ** 2 / np.maximum(
+        np.einsum("vn,vn->v", grey, grey), np.float32(1e-9)
+    )
+    apart = np.sqrt(np.maximum(own - shared.astype(np.float64), 1e-9 * own))
+    moved = _moved_texture(views)
+    doubled = np.zeros(len(grey), np.bool_)
+    useful = np.flatnonzero(~dark & (np.arange(len(grey)) != reference))
+    for i in useful:
+        others = useful[useful != i]
+        if len(others):
+            share = np.minimum(1.0, moved[i] / np.maximum(moved[others], 1e-12))
+            expected = float(np.median(apart[others] * share))
+            doubled[i] = apart[i] < (_ALIKE if len(others) >= _FEW else _ALIKE_OF_FEW) * expected
+    return doubled
+
+
+def _moved_texture(views: RectifiedViews) -> NDArray[np.float64]:
+    """Change of the grey values by one px of slope, rms, for the baseline of every view, (V,)."""
+    picture = views.images[views.reference]
+    if views.is_colour:
+        picture = picture[..., 1]
+    inner = picture[:-1, :-1][::_SAMPLE_PX, ::_SAMPLE_PX].astype(np.float64)
+    right = picture[:-1, 1:][::_SAMPLE_PX, ::_SAMPLE_PX] - inner
+    down = picture[1:, :-1][::_SAMPLE_PX, ::_SAMPLE_PX] - inner
+    x, y = views.x_steps, views.y_steps
+    square = (right**2).mean() * x**2 + (down**2).mean() * y**2
+    square += 2.0 * (right * down).mean() * x * y
+    return np.sqrt(np.maximum(square, 0.0))
 
 
 def strange_views(
@@ -91,13 +146,14 @@ def moving_views(
 
 def keep(views: RectifiedViews, kept: NDArray[np.bool_]) -> RectifiedViews:
     """Return some of the views; the reference must be among them."""
-    return RectifiedViews(
-        views.images[kept],
-        views.x_steps[kept],
-        views.y_steps[kept],
-        int(kept[: views.reference].sum()),
-        views.noise,
-        None if views.beside_px is None else views.beside_px[kept],
+    return replace(
+        views,
+        images=views.images[kept],
+        x_steps=views.x_steps[kept],
+        y_steps=views.y_steps[kept],
+        reference=int(kept[: views.reference].sum()),
+        beside_px=None if views.beside_px is None else views.beside_px[kept],
+        mending=None if views.mending is None else views.mending.kept(kept),
     )
 
 
