@@ -1,20 +1,30 @@
 """Print accuracy, honesty and time of `estimate_slopes` beside OpenCV's matchers.
 
 Run `python -m benchmarks.slopes` (all), or name parts: `dino`, `chosen`, `reported`, `layouts`,
-`live`, `planes`, `shade`, `places`, `colour`, `first`.
+`live`, `planes`, `shade`, `places`, `colour`, `first`, and those of `NARROWED`, where
+`NAME:WORD` runs only the lines whose name contains the word. `--pictures DIR` writes pictures.
 """
 
+import argparse
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
+from benchmarks.slopes.asked import Asked
 from benchmarks.slopes.colour import colour
+from benchmarks.slopes.degraded import degraded_frames
 from benchmarks.slopes.dino import dino_folder, load_dino
 from benchmarks.slopes.first_use import first_use
+from benchmarks.slopes.hard import hard
+from benchmarks.slopes.honesty import honest
+from benchmarks.slopes.pairs import pairs
 from benchmarks.slopes.places import places
 from benchmarks.slopes.plane import measure_plane
+from benchmarks.slopes.real import real
+from benchmarks.slopes.rigs import rigs
 from benchmarks.slopes.ripple import Estimate, measure_ripple
 from benchmarks.slopes.scenes import (
     CHOSEN_ON,
@@ -137,15 +147,37 @@ PARTS: dict[str, tuple[str, Callable[[], None]]] = {
 }  # fmt: skip
 
 
-def main(wanted: list[str]) -> None:
-    if unknown := set(wanted) - set(PARTS):
-        sys.exit(f"no part {', '.join(sorted(unknown))}; there are: {', '.join(PARTS)}")
-    for name in wanted or PARTS:
-        title, run = PARTS[name]
-        print(f"\n# {title}")
-        run()
+NARROWED: dict[str, tuple[str, Callable[[Asked], None]]] = {
+    "honest": ("What is blind, answered, wrong, and how sure it was", honest),
+    "degraded": ("What cameras and their files do to pictures", degraded_frames),
+    "real": ("Real pairs, against SGBM-HH on frames with rows and light mended", real),
+    "pairs": ("Pairs with true disparities, at the density of SGBM-HH with its check", pairs),
+    "rigs": ("Five-view rigs whose rows miss and whose light differs", rigs),
+    "hard": ("Plain walls, repetition, wires, gaps, glass, slants, a range too small", hard),
+}  # fmt: skip
+"""Parts of many lines, which can be narrowed to some of them."""
+
+
+def main(wanted: list[str], pictures: Path | None = None) -> None:
+    names = [name.partition(":")[::2] for name in wanted or [*PARTS, *NARROWED]]
+    if unknown := {name for name, _ in names} - set(PARTS) - set(NARROWED):
+        found = ", ".join([*PARTS, *NARROWED])
+        sys.exit(f"no part {', '.join(sorted(unknown))}; there are: {found}")
+    for name, word in names:
+        if name in PARTS:
+            title, run = PARTS[name]
+            print(f"\n# {title}", flush=True)
+            run()
+        else:
+            title, narrowed = NARROWED[name]
+            print(f"\n# {title}", flush=True)
+            narrowed(Asked(word, pictures))
 
 
 if __name__ == "__main__":
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.slopes", description=__doc__)
+    parser.add_argument("parts", nargs="*", metavar="NAME", help="parts to run; all by default")
+    parser.add_argument("--pictures", type=Path, help="folder for pictures to look at")
+    arguments = parser.parse_args()
     np.seterr(invalid="ignore")
-    main(sys.argv[1:])
+    main(arguments.parts, arguments.pictures)

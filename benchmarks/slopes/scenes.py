@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.slopes.stored import stored
 from rig.epipolar import RectifiedViews
 from tests.support.lightfield import (
     Field,
@@ -24,6 +25,10 @@ from tests.support.lightfield import (
 
 Array = NDArray[np.float64]
 Covers = Callable[[Array, Array], NDArray[np.bool_]]
+
+
+WIDE_RANGE_PX = 10.0
+"""Ranges of slopes above this are those of sparse arrays and pairs."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,19 @@ class Scene:
     slope_px: Array
     range_px: tuple[float, float]
     border_px: int
+    noise_levels: float = 0.0
+    """Noise that was added to the frames, grey levels, 1 sigma."""
+    clean: NDArray[np.float32] | None = None
+    """(V, H, W) the views before noise, where they are known; else the frames are the best."""
+    gain_spread: float = 0.0
+    """Spread of the gains of the views in the frames, which the clean views do not have."""
+    half: str = "-"
+    """C: defaults were chosen on it; R: they are only reported on it; -: neither."""
+
+    @property
+    def is_dense(self) -> bool:
+        """Whether errors are judged in hundredths of a px, as in a dense light field."""
+        return self.range_px[1] - self.range_px[0] <= WIDE_RANGE_PX
 
 
 def cross(arm: int) -> tuple[Array, Array]:
@@ -154,8 +172,7 @@ SHADED = (
 def make_scene(recipe: Recipe) -> Scene:
     """Render one recipe; the same recipe always gives the same frames."""
     layout = recipe.layout
-    surfaces = list(surfaces_of(recipe))
-    exact = render_views(surfaces, layout.shape, layout.x_steps, layout.y_steps, supersample=2)
+    exact = exact_views(recipe).astype(np.float64)
     if recipe.electrons_per_level is None:
         frames = expose(exact, noise=recipe.noise, gain_spread=recipe.gain_spread, seed=recipe.seed)
     else:
@@ -172,10 +189,32 @@ def make_scene(recipe: Recipe) -> Scene:
         + recipe.position_error * rng.standard_normal(len(steps)) * (np.arange(len(steps)) > 0)
         for steps in (layout.x_steps, layout.y_steps)
     ]
-    views = RectifiedViews(frames, told[0], told[1], 0)
     return Scene(
-        recipe.name, views, true_slope_px(surfaces, layout.shape), layout.range_px, border_px=0
+        recipe.name,
+        RectifiedViews(frames, told[0], told[1], 0),
+        true_slope_px(list(surfaces_of(recipe)), layout.shape),
+        layout.range_px,
+        border_px=0,
+        noise_levels=recipe.noise,
+        clean=exact.astype(np.float32),
+        gain_spread=recipe.gain_spread,
+        half="C" if recipe in CHOSEN_ON else "R" if recipe in REPORTED_ON else "-",
     )
+
+
+def exact_views(recipe: Recipe) -> NDArray[np.float32]:
+    """All views (V, H, W) of a recipe without noise and with one gain, kept on disk."""
+    layout = recipe.layout
+
+    def render() -> Array:
+        surfaces = list(surfaces_of(recipe))
+        return render_views(surfaces, layout.shape, layout.x_steps, layout.y_steps, supersample=2)
+
+    drawn = (recipe.seed, recipe.contrast, recipe.finest_px, recipe.repeats, recipe.frayed)
+    lit = recipe.electrons_per_level is not None
+    told = f"{drawn} {lit} {layout.x_steps.tolist()} {layout.y_steps.tolist()} {layout.shape}"
+    own = (surfaces_of, _half_in_shadow, _repeated, _frayed)
+    return stored(render, f"{told} {layout.range_px}", *own)
 
 
 def surfaces_of(recipe: Recipe) -> Iterator[Surface]:

@@ -6,6 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.slopes.scenes import WIDE_RANGE_PX
+
 _EDGE_BAND_RADIUS_PX = 2
 _WORST_PX = 4.0
 
@@ -36,7 +38,7 @@ def score(
     inner = (slice(border_px, -border_px or None),) * 2
     error = (slope_px - true_px)[inner]
     size = np.where(np.isfinite(error), np.abs(error), np.inf)
-    wide = range_px[1] - range_px[0] > 10
+    wide = range_px[1] - range_px[0] > WIDE_RANGE_PX
     edge = _near_edges(true_px, 0.02 * (range_px[1] - range_px[0]))[inner]
 
     def bad(limit: float, where: NDArray[np.bool_] | slice = slice(None)) -> float:
