@@ -12,6 +12,7 @@ from rig.curve import Curve
 from rig.depth import DepthMap, depth_from_slopes
 from rig.devices import Camera
 from rig.epipolar import Placement, SlopeMap, SlopePrior, estimate_slopes
+from rig.epipolar.mending import Mending
 from rig.epipolar.usable import moving_views
 from rig.frames import MultiView
 from rig.rectified import Rectifier
@@ -64,6 +65,9 @@ def run_capture(
     searched, all of the range where they are contradicted or unknown. A scene that jumps is right
     again in the second multi-view after it.
 
+    Rows and light that do not agree are measured in the first multi-view that is searched
+    exhaustively, and mended in it and all that follow.
+
     Views that the first multi-view shows off the places that they are told to have are taken where
     they are from then on, with a warning.
 
@@ -80,6 +84,7 @@ def run_capture(
     index = 0
     hypothesis: SlopePrior | None = None
     placement: Placement | None = None
+    mending: Mending | None = None
     last: MultiView | None = None
     for multiview in camera.stream():
         begun_s = time.perf_counter()
@@ -87,6 +92,7 @@ def run_capture(
             tally.skewed += 1
             continue
         views = rectifier.views([frame.image for frame in multiview.frames])
+        views = replace(views, mending=mending)
         if placement is not None:
             views = views.placed(placement)
         views, warnings = moving_views(views, frozen_views(last, multiview))
@@ -95,6 +101,8 @@ def run_capture(
         slopes = replace(slopes, warnings=warnings + slopes.warnings)
         if slopes.placement is not None and len(slopes.placement.steps) == len(multiview.frames):
             placement = slopes.placement
+        if slopes.mending is not None and len(slopes.mending.rows.fields) == len(multiview.frames):
+            mending = slopes.mending
         hypothesis = SlopePrior(slopes.slope_px, np.maximum(slopes.sigma_px, _MOTION_PX))
         depth = None
         if curve is not None:

@@ -6,16 +6,18 @@ of what neighbouring pixels differ by (S. Di Zenzo, "A note on the gradient of a
 33, 1986, for all pixels together).
 """
 
+from collections.abc import Sequence
 from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.first_match import FirstMatch
 from rig.epipolar.noise_model import NoiseModel
-from rig.epipolar.photometry import equalise
-from rig.epipolar.scales import stabilise
+from rig.epipolar.photometry import Light, equalise
+from rig.epipolar.scales import noise_of, stabilise
 from rig.epipolar.views import Image
-from rig.epipolar.window import Cameras, Window
+from rig.epipolar.window import Cameras
 
 _CHANNELS = 3
 
@@ -23,35 +25,48 @@ _CHANNELS = 3
 def merge_channels(
     images: Image,
     cameras: Cameras,
-    window: Window,
+    first: FirstMatch,
     grey_step: float,
     noise: NoiseModel | None,
-) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    light: Sequence[Light] | None = None,
+) -> tuple[NDArray[np.float32], NDArray[np.float64], tuple[Light, ...]]:
     """Bring all channels of every view to the scale of the reference, and join them.
 
     Args:
         images: (V, H, W, 3).
         cameras: where the views stand.
-        window: slopes to search.
+        first: which pixels show the same point.
         grey_step: what channels were rounded to multiples of.
         noise: noise of each channel; None to estimate it.
+        light: light fields of each channel, as known; None to look for them.
 
     Returns:
-        Grey values (V, H, W); and how well each view agrees with the reference, as `equalise`.
+        Grey values (V, H, W); how well each view agrees with the reference, as `equalise`; and the
+        light fields of each channel.
     """
     channels: list[NDArray[np.float32]] = []
     agreements: list[NDArray[np.float64]] = []
+    found: list[Light] = []
     for c in range(_CHANNELS):
         channel = cast("Image", np.ascontiguousarray(images[..., c]))
-        equal, agreement = equalise(channel, cameras, window)
-        stable, scales = stabilise(equal, cameras.reference, grey_step, noise)
+        equal = equalise(channel, cameras, first, None if light is None else light[c])
+        model = noise_of(equal.images, grey_step, noise)
+        stable, scales = stabilise(
+            equal.images, cameras.reference, model, is_told=noise is not None
+        )
         channels.append(stable / np.float32(scales.noise))
-        agreements.append(agreement)
+        agreements.append(equal.agreement)
+        found.append(equal.light)
     weights = _texture_axis([channel[cameras.reference] for channel in channels])
     merged = np.zeros_like(channels[0])
     for weight, channel in zip(weights, channels, strict=True):
         merged += np.float32(weight) * channel
-    return merged, np.average(agreements, axis=0, weights=weights**2)
+    return merged, np.average(agreements, axis=0, weights=weights**2), tuple(found)
+
+
+def luminance(images: Image) -> NDArray[np.float32]:
+    """Mean of the channels (V, H, W), from which rows and a first match are told."""
+    return cast("NDArray[np.float32]", images.mean(axis=-1, dtype=np.float32))
 
 
 def _texture_axis(channels: list[NDArray[np.float32]]) -> NDArray[np.float64]:

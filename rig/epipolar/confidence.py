@@ -1,33 +1,61 @@
-"""Sigma and label of every pixel."""
+"""Sigma and label of every pixel: what is known, and what only seems so."""
 
-import cv2
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands, run_side_by_side
 from rig.epipolar.line import MISFIT_LIMIT, UNSEEN, LineFits
-from rig.epipolar.rank import highest, lowest, mean
+from rig.epipolar.rank import departure, mean
 from rig.epipolar.views import Label, SlopeMap
 
-_FILL_REACH_PX = 32
-"""How far a surface may be continued over pixels that have no texture of their own."""
+Map = NDArray[np.float32]
+Mask = NDArray[np.bool_]
 
 _CONTRADICTION = 0.55 * MISFIT_LIMIT
-_SPOT_RADIUS_PX, _REGION_RADIUS_PX, _REGION_SHARE = 2, 15, 0.3
+_SPOT_RADIUS_PX, _REGION_RADIUS_PX, _REGION_SHARE = 2, 15, 0.5
 _START_ERROR, _HOLD_RADIUS_PX = 0.15, 3
 """Error of the slope before the line fit, in labels, 1 sigma."""
 _SIDE_RADIUS_PX, _SIDE_SHARE, _SIDE_LABELS = 2, np.float32(0.3), 0.7
 """About a tenth of the pixels so close to a jump lie on the wrong side: root of 0.1 of the jump."""
+_TEXTURE_RADIUS_PX, _CHANCE_SIGMAS, _ALIKE_PX = 8, 4.0, 4.0
+"""Information in a patch must exceed what noise alone pretends by so many sigmas of that, where so
+many neighbours have one noise."""
+_EDGE_LABELS = 1.0
+"""Slopes that end so near to the end of the range may lie beyond it."""
+_MANY_OUTSIDE = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What an estimate knows about its slopes besides them."""
+
+    lines: LineFits
+    """The fit of every pixel's own line."""
+    variance: Map
+    """(H, W) of the stitched slopes, by noise."""
+    misfit: Map
+    """(H, W) scatter of the neighbours' lines over what their precision promises."""
+    views: int
+    """How many there are."""
+    misfit_px: float
+    """By how much lines miss each other, as an error of the slopes, 1 sigma."""
+    hidden: Mask
+    """(H, W) pixels hidden in the outermost view of at least one side."""
+    unshared: Mask
+    """(H, W) slopes that a search from the other end of the views does not share."""
+    rival_px: Map
+    """(H, W) second slopes that explain the views as well, NaN for none."""
+    is_misled: bool = False
+    """Whether the hypothesis that the slopes were searched around is wrong altogether."""
 
 
 def judge(
-    slope_px: NDArray[np.float32],
-    variance: NDArray[np.float32],
-    misfit: NDArray[np.float32],
-    lines: LineFits,
-    hidden: NDArray[np.bool_],
+    slope_px: Map,
+    evidence: Evidence,
     step_px: float,
-    range_px: float,
+    range_px: tuple[float, float],
     warnings: tuple[str, ...],
 ) -> SlopeMap:
     """Turn the stitched fit into sigma and labels.
@@ -35,48 +63,52 @@ def judge(
     The variance of the stitched plane rests on the grey noise around every pixel, or on the scatter
     of the neighbours' lines where that is larger.
 
-    Where the views contradict the slope (a wrong hypothesis, a hidden or mirroring surface), sigma
-    is that of a blind guess: as the next frame's hypothesis it opens the search again.
+    Where the views contradict the slope (a wrong hypothesis, a mirroring surface), or two slopes
+    explain them, sigma says so: as the next frame's hypothesis it opens the search again.
 
-    A pixel whose neighbourhood cannot tell the slope within the searched range keeps the slope of
-    its surroundings with the sigma of a blind guess, unless the nearest evidence is over
-    `_FILL_REACH_PX` away: then it has no answer.
+    No answer is given where the texture around is no more than noise, where no other view sees the
+    pixel, and where the slope ends at the end of the range, beyond which it may lie.
+
+    Args:
+        slope_px: (H, W) stitched slopes, px per view step.
+        evidence: what else is known.
+        step_px: distance of neighbouring labels, px per view step.
+        range_px: slopes that were searched.
+        warnings: what is to be said besides.
     """
-    start_px, blind_px = np.float32(_START_ERROR * step_px), np.float32(range_px / 12**0.5)
-    kept, side_px, contradicted = run_side_by_side(
+    lines, blind_px = evidence.lines, np.float32((range_px[1] - range_px[0]) / 12**0.5)
+    start_px, miss = np.float32(_START_ERROR * step_px), np.float32(evidence.misfit_px**2)
+    kept, side_px, against, plain = run_side_by_side(
         lambda: _held_back(lines),
         lambda: _other_side(slope_px, step_px),
-        lambda: _contradicted(lines.misfit),
+        lambda: contradicted(lines.misfit),
+        lambda: _is_plain(lines, evidence.views),
     )
-    sigma, unclear = np.empty_like(slope_px), np.empty(slope_px.shape, np.bool_)
+    sigma, label = np.empty_like(slope_px), np.empty(slope_px.shape, np.uint8)
+    outside = _ends(slope_px, step_px, range_px)
+    slope = slope_px.copy()
 
     def weigh(start: int, stop: int) -> None:
         r = slice(start, stop)
-        total = np.maximum(misfit[r], np.float32(1)) * variance[r]
-        total += (start_px * kept[r]) ** 2 + side_px[r] ** 2
+        total = np.maximum(evidence.misfit[r], np.float32(1)) * evidence.variance[r]
+        total += (start_px * kept[r]) ** 2 + side_px[r] ** 2 + miss
+        apart = evidence.rival_px[r] - slope[r]
+        total += np.where(np.isfinite(apart), apart * apart, np.float32(0))
         np.minimum(np.sqrt(total), blind_px, out=sigma[r])
-        np.greater_equal(sigma[r], np.float32(0.25) * blind_px, out=unclear[r])
-        np.copyto(sigma[r], blind_px, where=contradicted[r])
-
-    run_in_bands(weigh, len(sigma))
-    away = cv2.distanceTransform(unclear.view(np.uint8), cv2.DIST_L2, 3)
-    if unclear.all():
-        away[:] = np.inf
-    slope, label = slope_px.copy(), np.empty(slope_px.shape, np.uint8)
-
-    def tell(start: int, stop: int) -> None:
-        r = slice(start, stop)
-        none = (away[r] > _FILL_REACH_PX) | (lines.sight[r] == UNSEEN)
+        np.copyto(sigma[r], blind_px, where=(against[r] > 0) | evidence.is_misled)
         label[r] = np.where(slope[r] > 0, np.uint8(Label.NEARER), np.uint8(Label.BEYOND))
-        label[r][hidden[r]] = Label.OCCLUSION
+        label[r][evidence.hidden[r]] = Label.OCCLUSION
+        none = (
+            (plain[r] > 0) | (lines.sight[r] == UNSEEN) | (outside[r] != 0) | evidence.unshared[r]
+        )
         for values, instead in ((label, Label.NONE), (slope, np.nan), (sigma, np.nan)):
             values[r][none] = instead
 
-    run_in_bands(tell, len(label))
-    return SlopeMap(slope, sigma, label, warnings)
+    run_in_bands(weigh, len(sigma))
+    return SlopeMap(slope, sigma, label, warnings + _of_range(outside, plain, range_px))
 
 
-def _held_back(lines: LineFits) -> NDArray[np.float32]:
+def _held_back(lines: LineFits) -> Map:
     """Share of the start's error that one step leaves, (H, W).
 
     Grey noise makes lines look steeper than they are, so that each step is too short.
@@ -86,25 +118,62 @@ def _held_back(lines: LineFits) -> NDArray[np.float32]:
     return np.float32(1) - np.minimum(np.maximum(share, np.float32(0)), np.float32(1))
 
 
-def _other_side(slope_px: NDArray[np.float32], step_px: float) -> NDArray[np.float32]:
+def _other_side(slope_px: Map, step_px: float) -> Map:
     """Error of a pixel near a jump that may belong to the surface on its other side, (H, W).
 
+    A jump is a departure from the plane that the surroundings lie on: slanted surfaces have none.
     Bounded by what a hypothesis for the next frame may open: it ranks such pixels behind all
     others, and says too little where the pixel really lies on the other side.
     """
-    jump = highest(slope_px, _SIDE_RADIUS_PX) - lowest(slope_px, _SIDE_RADIUS_PX)
+    jump = departure(slope_px, _SIDE_RADIUS_PX)
     error = np.minimum(_SIDE_SHARE * jump, np.float32(_SIDE_LABELS * step_px))
     return np.where(jump > np.float32(1.5 * step_px), error, np.float32(0))
 
 
-def _contradicted(misfit: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Pixels whose views do not agree with their slope, (H, W).
+def contradicted(misfit: Map) -> Map:
+    """1 where the views do not agree with the slope, else 0, (H, W).
 
-    Where a good share of a region, or of the whole picture, is contradicted, the rest of it agrees
-    by chance.
+    Args:
+        misfit: (H, W) as `LineFits` has it.
+
+    Returns:
+        (H, W). Where half of a region is contradicted, the rest of it agrees by chance.
     """
     spot = mean(misfit, _SPOT_RADIUS_PX) > np.float32(_CONTRADICTION)
-    if np.count_nonzero(spot) > _REGION_SHARE * spot.size:
-        return np.ones_like(spot)
     region = mean(spot.astype(np.float32), _REGION_RADIUS_PX) > _REGION_SHARE
-    return spot | region
+    return (spot | region).astype(np.float32)
+
+
+def _is_plain(lines: LineFits, views: int) -> Map:
+    """1 where the texture of a patch is no more than noise alone pretends, else 0, (H, W).
+
+    The sum of N squares of noise has a standard deviation of the root of 2 / N of itself.
+    """
+    squares = (2 * _TEXTURE_RADIUS_PX + 1) ** 2 * max(views - 1, 1) / _ALIKE_PX
+    chance = _CHANCE_SIGMAS * (2.0 / squares) ** 0.5
+    signal, every = (mean(m, _TEXTURE_RADIUS_PX) for m in (lines.signal, lines.information))
+    return (signal < np.float32(chance / (1.0 + chance)) * every).astype(np.float32)
+
+
+def _ends(slope_px: Map, step_px: float, range_px: tuple[float, float]) -> NDArray[np.int8]:
+    """-1 at the low end of the range, 1 at the high one, (H, W)."""
+    near = np.float32(min(_EDGE_LABELS * step_px, 0.1 * (range_px[1] - range_px[0])))
+    ends = (slope_px > range_px[1] - near).astype(np.int8)
+    ends -= (slope_px < range_px[0] + near).astype(np.int8)
+    return ends
+
+
+def _of_range(
+    outside: NDArray[np.int8], plain: Map, range_px: tuple[float, float]
+) -> tuple[str, ...]:
+    """Say which share of the pixels lies at an end of the range, where that is more than chance."""
+    said: list[str] = []
+    for end, name in ((-1, "far"), (1, "near")):
+        share = np.count_nonzero((outside == end) & (plain == 0)) / outside.size
+        if share > _MANY_OUTSIDE:
+            said.append(
+                f"{100 * share:.0f} % of the pixels are at the {name} end of the searched slopes "
+                f"[{range_px[0]:g}, {range_px[1]:g}] px per view step and get no answer; widen "
+                "slopes.range_px"
+            )
+    return tuple(said)

@@ -1,21 +1,21 @@
 """What a pair cannot match: a point that only the reference sees takes the farther slope beside it.
 
-Where all other views lie on one side, no spare half sees what a nearer surface hides. The search is
-then repeated from the outermost view, and slopes that the two do not share are replaced: the
-left-right check and background fill of Hirschmuller, "Stereo processing by semiglobal matching and
-mutual information" (IEEE TPAMI 30(2), 2008).
+Where all other views lie on one side, no spare half sees what a nearer surface hides. The costs
+summed for the reference are read once more along the lines of the outermost view, and slopes that
+the two do not share are replaced: the left-right check and background fill of Hirschmuller, "Stereo
+processing by semiglobal matching and mutual information" (IEEE TPAMI 30(2), 2008).
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.halves import assign_halves
-from rig.epipolar.scales import Scales
-from rig.epipolar.search import search
-from rig.epipolar.window import Cameras, Window
+from rig.epipolar.kernel import kernel
+from rig.epipolar.window import Cameras
 
-_SHARED_LABELS = 2.5
-"""Difference up to which two searches found the same, labels; a half-size search is that coarse."""
+_SHARED_PX = 0.75
+"""Difference up to which both readings found the same, as a shift in the outermost view, beyond the
+distance of the labels."""
 
 
 def is_one_sided(cameras: Cameras) -> bool:
@@ -24,37 +24,74 @@ def is_one_sided(cameras: Cameras) -> bool:
     return len(set(half[half >= 0].tolist())) == 1
 
 
-def fill_unshared(
-    images: NDArray[np.float32],
+def shared_slopes(
+    total: NDArray[np.int16],
+    labels_px: NDArray[np.float32],
     slope_px: NDArray[np.float32],
     cameras: Cameras,
-    window: Window,
-    scales: Scales,
-) -> NDArray[np.float32]:
-    """Replace slopes that a search from the outermost view does not confirm, (H, W).
+) -> NDArray[np.bool_]:
+    """Which slopes the outermost view finds too, (H, W).
 
     Args:
-        images: (V, H, W) equalised grey values.
-        slope_px: (H, W) what the search found, px per view step.
+        total: (H, L, W) summed costs.
+        labels_px: (L,) evenly spaced slopes.
+        slope_px: (H, W) what the reference finds.
         cameras: where the views stand, all on one side of the reference.
-        window: where the search looked; the check looks at all of its range.
-        scales: grey scales of the images.
     """
-    other = int(np.argmax(np.hypot(cameras.x_steps, cameras.y_steps)))
+    reach = np.hypot(cameras.x_steps, cameras.y_steps)
+    other = int(np.argmax(reach))
     x_step, y_step = float(cameras.x_steps[other]), float(cameras.y_steps[other])
-    seen_from = Cameras(cameras.x_steps - x_step, cameras.y_steps - y_step, other)
-    low, high = (np.full_like(slope_px, end) for end in (window.low_px.min(), window.high_px.max()))
-    there = search(images, seen_from, Window(low, high, 0.5 * (low + high)), scales)
+    there = _winners_of_other(
+        total, np.rint(labels_px * x_step).astype(np.int64),
+        np.rint(labels_px * y_step).astype(np.int64),
+    )  # fmt: skip
     height, width = slope_px.shape
     rows, columns = np.mgrid[0:height, 0:width]
     column = np.rint(columns - slope_px * np.float32(x_step)).astype(int)
     row = np.rint(rows - slope_px * np.float32(y_step)).astype(int)
     inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
-    found = there[np.where(inside, row, 0), np.where(inside, column, 0)]
-    shared = inside & (np.abs(found - slope_px) <= _SHARED_LABELS * cameras.step_px)
-    if abs(x_step) >= abs(y_step):
+    index = there[np.where(inside, row, 0), np.where(inside, column, 0)]
+    step_px = float(labels_px[1] - labels_px[0])
+    found = labels_px[np.maximum(index, 0)]
+    near = np.abs(found - slope_px) <= np.float32(_SHARED_PX / float(reach[other]) + 0.5 * step_px)
+    return inside & (index >= 0) & near
+
+
+def fill_unshared(
+    slope_px: NDArray[np.float32], shared: NDArray[np.bool_], cameras: Cameras
+) -> NDArray[np.float32]:
+    """Replace slopes (H, W) that are not shared by the farther of those beside them."""
+    other = int(np.argmax(np.hypot(cameras.x_steps, cameras.y_steps)))
+    if abs(cameras.x_steps[other]) >= abs(cameras.y_steps[other]):
         return _fill_rows(slope_px, shared)
     return np.ascontiguousarray(_fill_rows(slope_px.T, shared.T).T)
+
+
+@kernel()
+def _winners_of_other(
+    total: NDArray[np.int16], right: NDArray[np.int64], down: NDArray[np.int64]
+) -> NDArray[np.int16]:
+    """Label of the lowest summed cost at every pixel of the other view; -1 where none shows.
+
+    A point of the reference lies `right` and `down` px before its own place there, by its label.
+    """
+    height, labels, width = total.shape
+    best = np.full((height, width), np.int16(32767), np.int16)
+    index = np.full((height, width), np.int16(-1), np.int16)
+    for v in range(height):
+        for label in range(labels):
+            row = v - down[label]
+            if 0 <= row < height:
+                shift = right[label]
+                first, last = max(0, -shift), min(width, width - shift)
+                if last > first:
+                    cost = total[v, label, first + shift : last + shift]
+                    lowest, here = best[row, first:last], index[row, first:last]
+                    for u in range(last - first):
+                        better = cost[u] < lowest[u]
+                        lowest[u] = cost[u] if better else lowest[u]
+                        here[u] = np.int16(label) if better else here[u]
+    return index
 
 
 def _fill_rows(slope_px: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[np.float32]:

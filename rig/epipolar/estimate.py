@@ -7,25 +7,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
-from rig.epipolar.colour import merge_channels
-from rig.epipolar.confidence import judge
-from rig.epipolar.cross_check import fill_unshared, is_one_sided
+from rig.epipolar.confidence import Evidence, contradicted, judge
+from rig.epipolar.contest import contested
+from rig.epipolar.cross_check import is_one_sided
+from rig.epipolar.cross_noise import measure_cross_noise
+from rig.epipolar.fitting import fit_together
 from rig.epipolar.line import LineFits, fit_lines
 from rig.epipolar.local_noise import line_precision, locking, pooled_share, reply_share
 from rig.epipolar.median import guided_median, near_jumps
-from rig.epipolar.noise_model import NoiseModel
+from rig.epipolar.noise_model import CrossNoise, NoiseModel
 from rig.epipolar.occlusion import hidden_points
-from rig.epipolar.photometry import equalise
 from rig.epipolar.placement import Placement, on_their_lines
 from rig.epipolar.placement_fit import find_placement
+from rig.epipolar.rank import highest
 from rig.epipolar.sampling import pad
-from rig.epipolar.scales import Scales, stabilise
+from rig.epipolar.scales import Scales, noise_of, stabilise
 from rig.epipolar.search import Effort, effort_of, search
 from rig.epipolar.sides import choose_sides
 from rig.epipolar.stitch import behind_jumps, stitch
 from rig.epipolar.usable import keep, seen_views, strange_views
 from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
-from rig.epipolar.window import LABEL_SHIFT_PX, Cameras, window_of
+from rig.epipolar.window import LABEL_SHIFT_PX, Cameras, Window, window_of
 
 Stitched = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
 """Slope, its variance, and how far its neighbours scatter beyond theirs; all (H, W)."""
@@ -36,6 +38,8 @@ _MEDIAN_ROUNDS = {Effort.FOLLOWED: 1, Effort.COARSE: 1, Effort.FULL: 2}
 _JUMP_LABELS = 3.0
 """A pixel whose window is narrower than this cannot change to the other side of a jump."""
 _STITCH_RADIUS_PX, _STITCH_STRIDE_PX = 6, 2
+_FROM_ROWS = 0.5
+"""Error along a line over that across it: slanted edges turn one into the other."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +56,13 @@ class _Found:
 _NEAR = _Found(0.25 * LABEL_SHIFT_PX, mended=0.5)
 _FAR = _Found(0.5 * LABEL_SHIFT_PX, mended=1.0)
 """At full size and at half size."""
+_KNOWN_LABELS, _SURPRISE = 8.0, 0.3
+"""Width of a window that a hypothesis is sure of; and share of such pixels that the views must
+contradict for it to be wrong altogether."""
+_MISLED = (
+    "the views contradict the hypothesis in most places; nothing is sure in this multi-view, "
+    "search the next one without it"
+)
 _COVERED_LABELS = 1.0
 """Difference of slope, labels, from which a nearer surface covers what is behind it."""
 
@@ -92,45 +103,60 @@ def estimate_slopes(
     views, warnings = seen_views(views)
     known = noise or views.noise
     grey_step = 0.0 if views.images.dtype == np.float32 else 1.0
+    fitting = fit_together(views, window, grey_step, known)
     if views.is_colour:
-        images, agreement = merge_channels(views.images, _cameras(views), window, grey_step, known)
         known, grey_step = None, 0.0
-    else:
-        images, agreement = equalise(views.images, _cameras(views), window)
-    strange, more = strange_views(views, agreement)
+    images, mending = fitting.images, fitting.mending
+    strange, more = strange_views(views, fitting.agreement)
     if strange.any():
         views, images, warnings = keep(views, ~strange), images[~strange], warnings + more
+        mending = mending.kept(~strange)
+    warnings += mending.warnings(views.x_steps, views.y_steps)
     cameras = _cameras(views)
-    images, scales = stabilise(images, views.reference, grey_step, known)
+    model = noise_of(images, grey_step, known)
+    effort = effort_of(cameras, window)
+    cross = mending.noise or CrossNoise()
+    is_measured = mending.noise is None and effort is not Effort.FOLLOWED
+    if is_measured:
+        cross = measure_cross_noise(images, cameras, fitting.rough_slope_px, model)
+    images, scales = stabilise(
+        images, views.reference, model.raised(cross.ratio), is_told=known is not None
+    )
+    scales = replace(scales, misfit_px=cross.misfit_px, is_alike=cross.ratio > 1)
     if views.beside_px is not None:
         images = on_their_lines(images, views.beside_px)
-    _smooth(images, scales.prefilter_px)
-    effort = effort_of(cameras, window)
+    sharp, images = images, _smoothed(images, scales.prefilter_px)
     splines = pad(images, cameras.x_steps, cameras.y_steps)
-    slope = search(images, cameras, window, scales, splines)
-    if effort is not Effort.FOLLOWED and is_one_sided(cameras):
-        slope = window.hold(fill_unshared(images, slope, cameras, window, scales))
+    found = search(images, cameras, window, scales, splines)
+    slope = window.hold(found.slope_px)
     movable = window.is_wider(_JUMP_LABELS * cameras.step_px)
     grey = images[views.reference]
     slope = _settle_edges(slope, grey, movable, cameras, scales, _MEDIAN_ROUNDS[effort])
     slope = window.hold(slope)
-    if effort is Effort.COARSE:
+    if effort is Effort.COARSE or (effort is Effort.FULL and is_one_sided(cameras)):
         nowhere = np.zeros(images.shape, np.bool_)
         _, (stitched, _, _) = _refine(images, splines, slope, nowhere, cameras, scales, _FAR)
         slope = window.hold(stitched)
+    if is_measured:
+        white = NoiseModel(scales.noise, step_levels=0.0)
+        closer = measure_cross_noise(sharp, cameras, slope, white)
+        cross = replace(closer, ratio=cross.ratio)
+        mending = replace(mending, noise=cross)
+    scales = replace(scales, misfit_px=cross.misfit_px)
     slope = window.hold(choose_sides(splines, grey, slope, movable, cameras, scales))
     covered, hidden = hidden_points(
         slope, views.x_steps, views.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px
     )
-    found = _NEAR if effort is Effort.FULL else None
+    start = _NEAR if effort is Effort.FULL else None
     lines, (stitched, variance, misfit) = _refine(
-        images, splines, slope, covered, cameras, scales, found
+        images, splines, slope, covered, cameras, scales, start
     )
     slope = window.hold(stitched)
     placement = None
     if effort is not Effort.FOLLOWED and not trust_places:
         noise_levels = scales.smoothed_noise
         placement = find_placement(images, slope, covered, cameras, noise_levels, splines)
+    places = placement
     if placement is not None and placement.misplaced.any():
         warnings += placement.warnings(views.x_steps, views.y_steps)
         images, cameras = on_their_lines(images, placement.beside_px), _moved(cameras, placement)
@@ -141,10 +167,52 @@ def estimate_slopes(
         slope = window.hold(stitched)
     else:
         placement = None
-    range_px = slope_range_px[1] - slope_range_px[0]
-    variance *= np.float32(pooled_share(grey, scales, _STITCH_STRIDE_PX))
-    judged = judge(slope, variance, misfit, lines, hidden, cameras.step_px, range_px, warnings)
-    return replace(judged, placement=placement)
+    variance *= np.float32(pooled_share(grey, scales, _STITCH_STRIDE_PX, cross.likeness))
+    rival_px = found.rival_px
+    reach = LABEL_SHIFT_PX / cameras.step_px
+    rival_px[~contested(splines, slope, rival_px, cameras, scales)] = np.nan
+    evidence = Evidence(
+        lines, variance, misfit, len(images), _FROM_ROWS * mending.rows.scatter_px / reach, hidden,
+        _grown(found.unshared, slope, cameras), rival_px,
+    )  # fmt: skip
+    if effort is Effort.FOLLOWED and _is_surprised(lines, window, cameras):
+        evidence, warnings = replace(evidence, is_misled=True), (*warnings, _MISLED)
+    judged = judge(slope, evidence, cameras.step_px, slope_range_px, warnings)
+    judged = _with_doubt_of(places, judged, slope_range_px[1] - slope_range_px[0])
+    if effort is Effort.FOLLOWED and views.mending is None:
+        mending = None  # it was not looked for
+    return replace(judged, placement=placement, mending=mending)
+
+
+def _grown(
+    unshared: NDArray[np.bool_], slope_px: NDArray[np.float32], cameras: Cameras
+) -> NDArray[np.bool_]:
+    """Unshared pixels (H, W), and those at a jump beside them: paths make ramps of such jumps."""
+    if not unshared.any():
+        return unshared
+    beside = highest(unshared.astype(np.float32), 3) > 0
+    jumps = near_jumps(slope_px, 1.5 * cameras.step_px, 1)
+    return unshared | (beside & jumps)
+
+
+def _is_surprised(lines: LineFits, window: Window, cameras: Cameras) -> bool:
+    """Whether the views contradict a good share of the slopes that were taken for known.
+
+    The scene has jumped then, and the hypothesis is no guide: what agrees with it does so by
+    chance. What the hypothesis called unsure itself does not count: a mirror contradicts every
+    frame.
+    """
+    known = ~window.is_wider(_KNOWN_LABELS * cameras.step_px)
+    against = contradicted(lines.misfit) > 0
+    return np.count_nonzero(against & known) > _SURPRISE * max(np.count_nonzero(known), 1)
+
+
+def _with_doubt_of(places: Placement | None, found: SlopeMap, range_px: float) -> SlopeMap:
+    """Add to sigma what is unknown about the places, up to that of a blind guess."""
+    if places is None:
+        return found
+    sigma_px = np.hypot(found.sigma_px, places.slope_sigma_px(found.slope_px))
+    return replace(found, sigma_px=np.minimum(sigma_px, np.float32(range_px / 12**0.5)))
 
 
 def _cameras(views: RectifiedViews) -> Cameras:
@@ -235,12 +303,15 @@ def _stitch(
     )
 
 
-def _smooth(images: NDArray[np.float32], sigma_px: float) -> None:
-    """Prefilter images (V, H, W) in place."""
+def _smoothed(images: NDArray[np.float32], sigma_px: float) -> NDArray[np.float32]:
+    """Prefilter images (V, H, W)."""
+    if sigma_px == 0:
+        return images
+    smooth = np.empty_like(images)
 
     def work(start: int, stop: int) -> None:
-        for image in images[start:stop]:
-            cv2.GaussianBlur(image, (0, 0), sigma_px, dst=image)
+        for image, target in zip(images[start:stop], smooth[start:stop], strict=True):
+            cv2.GaussianBlur(image, (0, 0), sigma_px, dst=target)
 
-    if sigma_px > 0:
-        run_in_bands(work, len(images))
+    run_in_bands(work, len(images))
+    return smooth

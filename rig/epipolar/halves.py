@@ -23,13 +23,18 @@ def assign_halves(x_steps: NDArray[np.float64], y_steps: NDArray[np.float64]) ->
     A view off both axes joins the half whose direction is nearest. Where the reference is a corner
     of its array, no axis has two halves; then its row and its column are each other's spare half.
     """
-    along_row = np.abs(x_steps) >= np.abs(y_steps)
+    along_row = is_beside(x_steps, y_steps)
     half = np.where(along_row, np.where(x_steps < 0, 0, 1), np.where(y_steps < 0, 2, 3))
     half[np.hypot(x_steps, y_steps) < 1e-6] = -1
     sides = set(half[half >= 0].tolist())
     if len(sides) == 2 and min(sides) < 2 <= max(sides):
         half[half >= 2] = 1 - min(sides)
     return half.astype(np.int32)
+
+
+def is_beside(x_steps: NDArray[np.float64], y_steps: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether each view lies rather beside the reference than above or below it, (V,)."""
+    return np.abs(x_steps) >= np.abs(y_steps)
 
 
 @kernel()

@@ -14,29 +14,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands, run_side_by_side
-from rig.epipolar.line import LineFits
+from rig.epipolar.line import UNSEEN, LineFits
 from rig.epipolar.rank import mean
 from rig.epipolar.scales import Scales
 
 _ENOUGH = 100.0
 """Degrees of freedom to pool: the standard deviation is then known to 7 per cent."""
 _LARGEST_RADIUS_PX = 4
+_NO_FREEDOM = 0.5
+"""Degrees of freedom of a line below which it tells no noise of its own: a pair's."""
 _LEAST_REPLY = 0.3
 """Below it a step is more noise than answer, and is not made much longer."""
 _LOWEST = 0.25
 """Share of the power in the whole picture below which a place is quiet by chance."""
 
+_LEAST_POOLED = 0.5
+"""What chance can make of a measured correlation, and no noise."""
 _STRIP_PX, _STRIP_EVERY_PX = 32, 96
 """Height and distance of the strips that stand for a whole picture."""
 
 
 def line_precision(lines: LineFits, scales: Scales) -> NDArray[np.float32]:
     """Precision of each pixel's own line, 1 / (px per view step)^2, (H, W)."""
-    each = max(float(np.median(lines.freedom[::4, ::4])), 1.0)
-    radius_px = min(int(np.ceil(0.5 * ((_ENOUGH / each) ** 0.5 - 1))), _LARGEST_RADIUS_PX)
-    scatter, freedom = run_side_by_side(
-        lambda: mean(lines.scatter, radius_px), lambda: mean(lines.freedom, radius_px)
-    )
+    each = float(np.median(lines.freedom[::4, ::4]))
+    if each < _NO_FREEDOM:
+        scatter, freedom = _of_shared_slopes(lines)
+    else:
+        side_px = (_ENOUGH / max(each, 1.0)) ** 0.5
+        radius_px = min(int(np.ceil(0.5 * (side_px - 1))), _LARGEST_RADIUS_PX)
+        scatter, freedom = run_side_by_side(
+            lambda: mean(lines.scatter, radius_px), lambda: mean(lines.freedom, radius_px)
+        )
     in_scatter, in_step, _ = _cauchy_shares(scales)
     lowest = _LOWEST * in_scatter * scales.smoothed_noise**2
     precision = np.empty_like(scatter)
@@ -50,6 +58,21 @@ def line_precision(lines: LineFits, scales: Scales) -> NDArray[np.float32]:
 
     run_in_bands(work, len(precision))
     return precision
+
+
+def _of_shared_slopes(lines: LineFits) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Scatter and freedom of lines that share the slope of their surroundings.
+
+    A line through two views has a slope and a grey value of its own, and nothing left to tell the
+    noise by; with a slope that neighbours share, each has one difference left.
+    """
+    radius_px = _LARGEST_RADIUS_PX
+    known = np.maximum(mean(lines.information, radius_px), np.float32(1e-12))
+    shared_px = mean(lines.information * lines.slope_px, radius_px) / known
+    apart = lines.scatter + lines.information * (lines.slope_px - shared_px) ** 2
+    left = np.float32(1.0 - 1.0 / (2 * radius_px + 1) ** 2)
+    one = np.where(lines.sight == UNSEEN, np.float32(0), left)
+    return mean(apart, radius_px), mean(one, radius_px)
 
 
 def reply_share(lines: LineFits, scales: Scales) -> float:
@@ -75,20 +98,29 @@ def locking(scales: Scales) -> tuple[float, float, float]:
     return c1 * in_reply, c3 * in_reply, c5 * in_reply
 
 
-def pooled_share(grey: NDArray[np.float32], scales: Scales, stride_px: int) -> float:
+def pooled_share(
+    grey: NDArray[np.float32],
+    scales: Scales,
+    stride_px: int,
+    likeness: NDArray[np.float64] | None = None,
+) -> float:
     """Variance of many lines' mean over that of as many independent ones.
 
-    The prefilter makes the noise of neighbours alike. What it leaves of the noise in a sum over
-    the pixels of a chess-board, weighted by their grey slopes, is what it would leave of that
-    pattern of grey slopes itself.
+    The prefilter makes the noise of neighbours alike, and so do JPEG, denoising and resampling
+    before it. What such noise is in a sum over the pixels of a chess-board, weighted by their grey
+    slopes, is told by how alike that pattern of grey slopes is to itself.
 
     Args:
         grey: (H, W) reference view, prefiltered.
         scales: grey scales of the images.
         stride_px: distance of the pixels that are joined, along a row of the chess-board.
+        likeness: (7, 7) correlation of the noise before the prefilter, None for white noise.
     """
-    if scales.prefilter_px == 0:
+    if scales.prefilter_px == 0 and likeness is None:
         return 1.0
+    single = np.zeros((_STRIP_PX, _STRIP_PX), np.float32)
+    single[_STRIP_PX // 2, _STRIP_PX // 2] = 1.0
+    _, alone = _kept_power(single, scales.prefilter_px, likeness)
     strips = [grey[v : v + _STRIP_PX] for v in range(0, len(grey), _STRIP_EVERY_PX)]
     rows, columns = np.ogrid[:_STRIP_PX, : grey.shape[1]]
     joined = ((rows + columns) % stride_px == 0).astype(np.float32)
@@ -96,12 +128,22 @@ def pooled_share(grey: NDArray[np.float32], scales: Scales, stride_px: int) -> f
     for strip in strips:
         for axis in (0, 1):
             slope = cv2.Sobel(strip, cv2.CV_32F, axis, 1 - axis, ksize=1) * joined[: len(strip)]
-            soft = cv2.GaussianBlur(slope, (0, 0), scales.prefilter_px)
-            kept += cv2.norm(soft, cv2.NORM_L2SQR)
-            power += cv2.norm(slope, cv2.NORM_L2SQR)
-    if power == 0:
+            own, left = _kept_power(slope, scales.prefilter_px, likeness)
+            kept, power = kept + left, power + own
+    if power == 0 or alone <= 0:
         return 1.0
-    return kept / power * (scales.noise / scales.smoothed_noise) ** 2
+    return max(kept / power / alone, _LEAST_POOLED)
+
+
+def _kept_power(
+    weights: NDArray[np.float32], prefilter_px: float, likeness: NDArray[np.float64] | None
+) -> tuple[float, float]:
+    """Sum of squared weights (H, W), and the variance of a sum of noise so weighted."""
+    soft = weights
+    if prefilter_px > 0:
+        soft = cv2.GaussianBlur(weights, (0, 0), prefilter_px)
+    alike = soft if likeness is None else cv2.filter2D(soft, cv2.CV_32F, likeness)
+    return float((weights * weights).sum()), float((soft * alike).sum())
 
 
 @lru_cache(maxsize=8)  # asked several times for the same scales in every frame

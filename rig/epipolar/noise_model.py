@@ -86,6 +86,14 @@ class NoiseModel:
         run_in_bands(work, len(images))
         return stable
 
+    def raised(self, ratio: float) -> "NoiseModel":
+        """Return the model of a noise that is larger by a ratio at every grey value."""
+        if ratio == 1.0:
+            return self
+        floor = ratio**2 * self._floor - self.step_levels**2 / 12.0
+        electrons = self.electrons_per_level / ratio**2
+        return NoiseModel(max(floor, 0.0) ** 0.5, electrons, self.step_levels)
+
     def is_white(self, dark_levels: float, bright_levels: float) -> bool:
         """Whether pixels of two grey values have nearly the same noise."""
         ratio = self.sigma_levels(bright_levels) / max(self.sigma_levels(dark_levels), 1e-12)
@@ -94,6 +102,18 @@ class NoiseModel:
     @property
     def _floor(self) -> float:
         return self.read_noise_levels**2 + self.step_levels**2 / 12.0
+
+
+@dataclass(frozen=True, slots=True)
+class CrossNoise:
+    """How views differ beyond what a single picture tells of its noise."""
+
+    ratio: float = 1.0
+    """Noise between the views over that of one picture, 1 or more."""
+    misfit_px: float = 0.0
+    """By how much lines miss each other in the outermost view, 1 sigma."""
+    likeness: Float | None = None
+    """(7, 7) correlation of what is left at pixels and at those around; None for white noise."""
 
 
 def estimate_noise(images: Sequence[NDArray[np.float32]], step_levels: float) -> NoiseModel:

@@ -37,6 +37,20 @@ def mean(values: Map, radius_px: int) -> Map:
     return cast("Map", cv2.blur(values, (size, size)))
 
 
+def departure(values: Map, radius_px: int) -> Map:
+    """Spread of a neighbourhood about the plane that its pixels lie on, (H, W).
+
+    A plane's value at a pixel is the mean of those on opposite sides: what a value differs by from
+    the mean of two opposite neighbours, at most over the directions and the neighbourhood.
+    """
+    largest = np.zeros_like(values)
+    for dy, dx in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        one, other = (np.roll(values, (k * dy, k * dx), (0, 1)) for k in (1, -1))
+        np.maximum(largest, np.abs(one + other - 2 * values), out=largest)
+    largest[[0, -1]] = largest[:, [0, -1]] = 0
+    return highest(largest, max(radius_px - 1, 1))
+
+
 def quantile(values: NDArray[np.floating], share: float) -> float:
     """Value that a share of a short list (N,) lies below; between two ranks in proportion.
 

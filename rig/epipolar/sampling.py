@@ -62,19 +62,39 @@ def sample_views(
         columns: (N,) columns in the reference view.
         slope_px: (N,) slope of each of them.
     """
+    u, v = columns.astype(np.float32), rows.astype(np.float32)
+    grey, _, seen = sample_tilts(padded, shape, x_steps, y_steps, u, v, slope_px)
+    return seen, grey
+
+
+def sample_tilts(
+    padded: NDArray[np.float32],
+    shape: tuple[int, int],
+    x_steps: NDArray[np.float64],
+    y_steps: NDArray[np.float64],
+    columns: NDArray[np.float32],
+    rows: NDArray[np.float32],
+    slope_px: NDArray[np.float32],
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
+    """Sample views where they show points (N,) of the reference, at any places.
+
+    Returns:
+        Grey values, their derivatives by the slope, and whether each view shows the point; all
+        (V, N).
+    """
     views, (height, width) = len(padded), shape
     xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
-    u, v = columns.astype(np.float32), rows.astype(np.float32)
     grey, tilt, seen = np.empty((3, views, len(rows)), np.float32)
 
     def work(start: int, stop: int) -> None:
         for i in range(start, stop):
             sample_points(
-                padded[i], height, width, u, v, slope_px, xs[i], ys[i], grey[i], tilt[i], seen[i]
-            )
+                padded[i], height, width, columns, rows, slope_px, xs[i], ys[i], grey[i], tilt[i],
+                seen[i],
+            )  # fmt: skip
 
     run_in_bands(work, views)
-    return seen > 0, grey
+    return grey, tilt, seen > 0
 
 
 @kernel()

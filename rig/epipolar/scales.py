@@ -16,6 +16,7 @@ _PREFILTER_FROM_RATIO = 0.1
 """Noise over texture below which smoothing loses more than it gains."""
 _SMALLEST_PREFILTER_PX = 0.3
 _NOISE_VIEWS = 3
+_ALIKE_SHARE = 0.85
 _START_ERROR_PX = 0.035
 # Taps of a cubic B-spline a share t behind a pixel, rows of t^0 to t^3; and of its derivative.
 _T = (np.arange(16)[:, None] + 0.5) / 16
@@ -34,6 +35,10 @@ class Scales:
     """Root mean square difference of neighbouring pixels without its noise part."""
     start_error_px: float = _START_ERROR_PX
     """How far the slopes that a line fit starts from are off, as a shift in the views."""
+    misfit_px: float = 0.0
+    """By how much lines miss each other in the views, 1 sigma; 0 where it is a trifle."""
+    is_alike: bool = False
+    """Whether the noise of neighbours is alike, so that smaller pictures keep most of it."""
 
     @property
     def prefilter_px(self) -> float:
@@ -50,17 +55,22 @@ class Scales:
     @property
     def truncation(self) -> float:
         """Difference that counts as a full mismatch in the sweep."""
-        return 3.5 * self.noise + 0.4 * self.texture
+        return 3.5 * self.noise + max(0.4, 3.5 * self.misfit_px) * self.texture
 
     @property
     def doubt(self) -> float:
         """Cauchy scale of the line fit."""
-        return self.noise + self.start_error_px * self.texture
+        return self.noise + math.hypot(self.start_error_px, self.misfit_px) * self.texture
 
     @property
     def likeness(self) -> float:
         """Difference up to which two pixels are taken for one surface."""
         return 3.0 * self.noise + 1.0 * self.texture
+
+    @property
+    def shrunk_noise(self) -> float:
+        """Noise that is left in pictures of half the size if it is alike in neighbours, 1 sigma."""
+        return _ALIKE_SHARE * self.noise if self.is_alike else 0.0
 
     @property
     def smoothed_noise(self) -> float:
@@ -131,28 +141,38 @@ def measure_scales(
     return _scales_of(images[reference], max(noise, least_noise_levels))
 
 
+def noise_of(images: NDArray[np.float32], grey_step: float, known: NoiseModel | None) -> NoiseModel:
+    """Return the noise that is known, or what single pictures of (V, H, W) tell.
+
+    Args:
+        images: equalised grey values.
+        grey_step: what grey values were rounded to multiples of; quiet blocks may hide that, they
+            are flat where nothing crosses a step.
+        known: noise as measured; None to estimate it from the images.
+    """
+    return known or estimate_noise(_some(images), grey_step)
+
+
 def stabilise(
-    images: NDArray[np.float32], reference: int, grey_step: float, known: NoiseModel | None
+    images: NDArray[np.float32], reference: int, model: NoiseModel, *, is_told: bool
 ) -> tuple[NDArray[np.float32], Scales]:
-    """Bring images (V, H, W) to a scale where all pixels have one noise; measure it and texture.
+    """Bring images (V, H, W) to a scale where all pixels have one noise; measure texture.
 
     Where dark and bright pixels have nearly the same noise, the grey values stay as they are.
 
     Args:
         images: equalised grey values.
         reference: index of the reference view.
-        grey_step: what grey values were rounded to multiples of; quiet blocks may hide that, they
-            are flat where nothing crosses a step.
-        known: noise as measured; None to estimate it from the images.
+        model: their noise.
+        is_told: whether it comes from elsewhere, so that the images may show more.
     """
-    model = known or estimate_noise(_some(images), grey_step)
     sample = images[reference, ::8, ::8].ravel()
     dark, middle, bright = (quantile(sample, share) for share in (0.05, 0.5, 0.95))
     if model.is_white(dark, bright):
         least = model.sigma_levels(middle)
     else:
         images, least = model.stabilised(images), 1.0
-    if known is None:
+    if not is_told:
         return images, _scales_of(images[reference], least)
     return images, measure_scales(images, reference, least)
 

@@ -4,11 +4,19 @@ Plane sweep after R. T. Collins, "A space-sweep approach to true multi-image mat
 with half costs (`rig.epipolar.halves`) summed over 3 x 3 pixels.
 """
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
-from rig.epipolar.halves import HALVES, assign_halves, join_halves, mean_of_three, shares_of
+from rig.epipolar.halves import (
+    HALVES,
+    assign_halves,
+    is_beside,
+    join_halves,
+    mean_of_three,
+    shares_of,
+)
 from rig.epipolar.kernel import kernel
 
 
@@ -19,6 +27,7 @@ def sweep_costs(
     reference: int,
     labels_px: NDArray[np.float32],
     truncation: float,
+    centres: NDArray[np.float32] | None = None,
 ) -> NDArray[np.uint8]:
     """Cost of every slope at every pixel.
 
@@ -29,11 +38,17 @@ def sweep_costs(
         reference: index of the reference view.
         labels_px: (L,) slopes to try, px per view step.
         truncation: grey difference that counts as a full mismatch.
+        centres: (2, H, W) what views beside the reference, and those above and below it, are
+            compared with (`contrast.raise_texture`); None for the reference as it is.
 
     Returns:
         (H, L, W) costs, 0 to `COST_MAX`.
     """
     height, width = images.shape[1:]
+    if centres is None:
+        centres, axis = images[reference][None], np.zeros(len(images), np.int32)
+    else:
+        axis = (~is_beside(x_steps, y_steps)).astype(np.int32)
     costs = np.empty((height, len(labels_px), width), np.uint8)
     half = assign_halves(x_steps, y_steps)
     order = np.argsort(half, kind="stable")
@@ -42,12 +57,22 @@ def sweep_costs(
 
     def work(start: int, stop: int) -> None:
         _sweep(
-            images, xs, ys, half, order, reference, labels_px, np.float32(truncation),
+            images, xs, ys, half, order, axis, centres, labels_px, np.float32(truncation),
             start, stop, costs,
         )  # fmt: skip
 
     run_in_bands(work, len(labels_px))
     return costs
+
+
+def average(costs: NDArray[np.uint8], other: NDArray[np.uint8]) -> None:
+    """Turn costs (H, L, W) into the mean of them and of others."""
+
+    def work(start: int, stop: int) -> None:
+        for row in range(start, stop):
+            cv2.addWeighted(costs[row], 0.5, other[row], 0.5, 0.0, dst=costs[row])
+
+    run_in_bands(work, len(costs))
 
 
 @kernel()
@@ -57,7 +82,8 @@ def _sweep(
     y_steps: NDArray[np.float32],
     half: NDArray[np.int32],
     order: NDArray[np.int32],
-    reference: int,
+    axis: NDArray[np.int32],
+    centres: NDArray[np.float32],
     labels: NDArray[np.float32],
     truncation: np.float32,
     start: int,
@@ -80,8 +106,8 @@ def _sweep(
                     _count_views(height, x_steps, y_steps, half, order, v, slope, shares)
                     shares_of(shares, unseen)
                 _half_sums(
-                    images, x_steps, y_steps, half, order, images[reference, v], v, slope,
-                    truncation, blend, sums,
+                    images, x_steps, y_steps, half, order, axis, centres, v, slope, truncation,
+                    blend, sums,
                 )  # fmt: skip
                 mean_of_three(sums, shares, unseen, rows[v % 3])
             if v > 0:
@@ -146,7 +172,8 @@ def _half_sums(
     y_steps: NDArray[np.float32],
     half: NDArray[np.int32],
     order: NDArray[np.int32],
-    centre: NDArray[np.float32],
+    axis: NDArray[np.int32],
+    centres: NDArray[np.float32],
     v: int,
     slope: np.float32,
     truncation: np.float32,
@@ -166,7 +193,7 @@ def _half_sums(
         fx, fy = np.float32(shift_x - ix), np.float32(shift_y - iy)
         n = last - first
         line = images[view, v + iy]
-        c = centre[first:last]
+        c = centres[axis[view], v, first:last]
         total = sums[half[view], first:last]
         beside, share = line, fx
         if fy > 0:

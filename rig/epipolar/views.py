@@ -7,6 +7,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.mending import Mending
 from rig.epipolar.noise_model import NoiseModel
 from rig.epipolar.placement import Placement
 from rig.errors import SlopeError
@@ -52,6 +53,9 @@ class RectifiedViews:
     beside_px: Float | None = None
     """(V, 2) by how much each picture is known to lie right of and below its lines; None for none:
     rectified pictures lie on them."""
+    mending: Mending | None = None
+    """What the last multi-view of these cameras showed to be wrong with their pictures
+    (`SlopeMap.mending`), to be taken out of these too; None to look for it."""
 
     def __post_init__(self) -> None:
         shapes = {np.shape(image) for image in self.images}
@@ -163,3 +167,5 @@ class SlopeMap:
     placement: Placement | None = None
     """Errors of the places that views were told to have, taken out of the slopes; None where no
     error is sure, or none was looked for (around a hypothesis)."""
+    mending: Mending | None = None
+    """Errors of rows and light that were taken out, for the next multi-view of the same cameras."""

@@ -47,7 +47,7 @@ def test_the_board_of_a_sweep_is_measured_once_at_each_distance(store: tuple[Sto
         slope_px = float(curve.law.slope_px(np.array([board.distance_mm]))[0])
         assert low_px + 3.0 < slope_px < high_px - 3.0
         error = board.errors[WITH_PLANE]
-        assert error.density_pct == 100.0
+        assert error.density_pct > 99.0  # the middle of a large square shows nothing
         assert abs(error.mean_mm) < 0.003 * board.distance_mm
     scores = {score.method: score for score in distance_scores(boards)}
     assert scores["rig"].bias_mm < 0.5 * scores["SGBM-HH"].bias_mm

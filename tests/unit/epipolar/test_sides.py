@@ -1,6 +1,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.first_match import first_match
 from rig.epipolar.photometry import equalise
 from rig.epipolar.rank import highest
 from rig.epipolar.sampling import pad
@@ -13,7 +14,8 @@ from tests.unit.epipolar.conftest import Scene
 def choose(scene: Scene, slope_px: NDArray[np.float32]) -> NDArray[np.float32]:
     cameras = Cameras(scene.views.x_steps, scene.views.y_steps, 1)
     window = window_of(scene.views.shape, scene.range_px, None)
-    images, _ = equalise(scene.views.images, cameras, window)
+    first = first_match(scene.views.images, cameras, window)
+    images = equalise(scene.views.images, cameras, first).images
     movable = np.ones(slope_px.shape, np.bool_)
     splines = pad(images, cameras.x_steps, cameras.y_steps)
     scales = measure_scales(images, 1)

@@ -1,0 +1,88 @@
+"""Whether a second, separate slope explains the views nearly as well: stripes, repetition.
+
+The likelihood ratio of the two slopes over a patch (J. Neyman and E. S. Pearson, "On the problem of
+the most efficient tests of statistical hypotheses", Phil. Trans. R. Soc. A 231, 1933), each by the
+views of the better half of every axis, so that a hidden half does not decide.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.epipolar.bands import run_in_bands
+from rig.epipolar.halves import HALVES, assign_halves
+from rig.epipolar.rank import mean
+from rig.epipolar.sampling import sample_tilts
+from rig.epipolar.scales import Scales
+from rig.epipolar.window import Cameras
+
+Map = NDArray[np.float32]
+
+_STRIDE_PX, _RADIUS = 2, 4
+"""Every second pixel; patches of 17 x 17 px."""
+_ODDS = 4.0
+"""Logarithm of the likelihood ratio below which both slopes stand."""
+_LIMIT = np.float32(9.0)
+"""Squared difference over its variance that counts as a full mismatch."""
+
+
+def contested(
+    splines: Map, slope_px: Map, rival_px: Map, cameras: Cameras, scales: Scales
+) -> NDArray[np.bool_]:
+    """Pixels whose rival fits as well within the noise, (H, W).
+
+    Args:
+        splines: what `rig.epipolar.sampling.pad` makes of the equalised views.
+        slope_px: (H, W) slopes found.
+        rival_px: (H, W) second slopes, NaN for none.
+        cameras: where the views stand.
+        scales: grey scales of the images.
+    """
+    shape = (slope_px.shape[0], slope_px.shape[1])
+    rows, columns = np.mgrid[0 : shape[0] : _STRIDE_PX, 0 : shape[1] : _STRIDE_PX]
+    there = np.isfinite(rival_px[rows, columns])
+    if not there.any():
+        return np.zeros(shape, np.bool_)
+    v, u = rows[there].astype(np.float32), columns[there].astype(np.float32)
+    own, other = slope_px[rows[there], columns[there]], rival_px[rows[there], columns[there]]
+    variance = np.float32(2.0 * scales.doubt**2)
+    gap = np.zeros(rows.shape, np.float32)
+    gap[there] = _badness(splines, shape, cameras, u, v, other, variance)
+    gap[there] -= _badness(splines, shape, cameras, u, v, own, variance)
+    patch = (2 * _RADIUS + 1) ** 2
+    # Each pixel counts for the four that it stands for, and half a square is its logarithm.
+    ratio = np.float32(0.5 * patch * _STRIDE_PX**2) * mean(gap, _RADIUS)
+    doubtful = ((ratio < np.float32(_ODDS)) & there).astype(np.uint8)
+    grown = cv2.resize(doubtful, (shape[1], shape[0]), interpolation=cv2.INTER_NEAREST)
+    return grown.astype(np.bool_)
+
+
+def _badness(
+    splines: Map,
+    shape: tuple[int, int],
+    cameras: Cameras,
+    columns: Map,
+    rows: Map,
+    slope_px: Map,
+    variance: np.float32,
+) -> Map:
+    """Sum over the axes of what the better half differs by, squared over its variance, (N,)."""
+    half = assign_halves(cameras.x_steps, cameras.y_steps)
+    grey, _, seen = sample_tilts(
+        splines, shape, cameras.x_steps, cameras.y_steps, columns, rows, slope_px
+    )
+    total = np.zeros((HALVES, len(rows)), np.float32)
+    count = np.zeros((HALVES, len(rows)), np.float32)
+    centre = grey[cameras.reference]
+
+    def work(start: int, stop: int) -> None:
+        for h in range(start, stop):
+            for i in np.flatnonzero(half == h):
+                d = grey[i] - centre
+                total[h] += np.where(seen[i], np.minimum(d * d / variance, _LIMIT), 0)
+                count[h] += seen[i]
+
+    run_in_bands(work, HALVES)
+    share = np.where(count > 0, total, np.float32(np.inf)).reshape(2, 2, -1).min(axis=1)
+    known = np.isfinite(share)
+    return np.where(known, share, np.float32(0)).sum(axis=0).astype(np.float32)

@@ -1,0 +1,148 @@
+"""Smooth fields over a picture, fitted robustly to scattered measurements.
+
+What cameras differ by over a picture (rows that do not meet, light) varies slowly: a polynomial of
+the fourth degree, held back the more the higher its degree, so that it does not run away where
+nothing was measured (ridge regression: A. E. Hoerl and R. W. Kennard, "Ridge regression: biased
+estimation for nonorthogonal problems", Technometrics 12, 1970). Cauchy weights leave out wrong
+measurements.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+
+_DEGREE = 4
+_ROUNDS = 8
+DOUBT = 2.4
+"""Cauchy scale over the scatter of what is fitted."""
+_FOLDS = 2
+
+
+def _degrees() -> list[tuple[int, int]]:
+    return [(i, n - i) for n in range(_DEGREE + 1) for i in range(n + 1)]
+
+
+TERMS = len(_degrees())
+HELD = np.array([0.6 ** (i + j) for i, j in _degrees()])
+"""Expected size of a coefficient over that of a constant."""
+
+
+@dataclass(frozen=True, slots=True)
+class SmoothField:
+    """A field over pictures of one size."""
+
+    coefficients: Float
+    """(TERMS,) of Legendre products."""
+    shape: tuple[int, int]
+    """Height and width of the pictures, px."""
+    covariance: Float
+    """(TERMS, TERMS)."""
+    scatter: float
+    """Robust standard deviation of the measurements about the field, 1 sigma."""
+
+    def at(self, x_px: Float, y_px: Float) -> Float:
+        """Values at places (N,)."""
+        return basis(x_px, y_px, self.shape) @ self.coefficients
+
+    def sigma_at(self, x_px: Float, y_px: Float) -> Float:
+        """How sure the values at places (N,) are, 1 sigma."""
+        design = basis(x_px, y_px, self.shape)
+        return np.sqrt(np.maximum(((design @ self.covariance) * design).sum(axis=1), 0.0))
+
+    def everywhere(self) -> NDArray[np.float32]:
+        """Value of every pixel, (H, W)."""
+        return values_everywhere(self.coefficients, self.shape)
+
+
+def basis(x_px: Float, y_px: Float, shape: tuple[int, int]) -> Float:
+    """Legendre products at places (N,), (N, TERMS)."""
+    along, down = _legendre(x_px, shape[1]), _legendre(y_px, shape[0])
+    return np.stack([along[:, i] * down[:, j] for i, j in _degrees()], axis=1)
+
+
+def values_everywhere(coefficients: Float, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """Value of a field with some coefficients (TERMS,) at every pixel of a picture."""
+    height, width = shape
+    along, down = _legendre(np.arange(width), width), _legendre(np.arange(height), height)
+    table = np.zeros((_DEGREE + 1, _DEGREE + 1))
+    for (i, j), coefficient in zip(_degrees(), coefficients, strict=True):
+        table[j, i] = coefficient
+    return (down @ table).astype(np.float32) @ along.T.astype(np.float32)
+
+
+def fit_field(
+    x_px: Float,
+    y_px: Float,
+    values: Float,
+    sigmas: Float,
+    shape: tuple[int, int],
+    expected: float,
+) -> SmoothField:
+    """Fit a field to measurements (N,), each with its own sigma.
+
+    Args:
+        x_px: columns.
+        y_px: rows.
+        values: what was measured.
+        sigmas: 1 sigma of each, up to a common factor.
+        shape: height and width of the pictures.
+        expected: size of a field that is believed without evidence, 1 sigma of its constant.
+    """
+    design = basis(x_px, y_px, shape)
+    prior = np.diag(1.0 / (expected * HELD) ** 2)
+    weight = 1.0 / np.maximum(sigmas, 1e-9) ** 2
+    found = np.zeros(TERMS)
+    found[0] = float(np.median(values)) if len(values) else 0.0
+    covariance, scale = np.linalg.inv(prior), 1.0
+    for _ in range(_ROUNDS):
+        rest = (values - design @ found) * np.sqrt(weight)
+        scale = 1.4826 * float(np.median(np.abs(rest))) if len(rest) else 1.0
+        scale = max(scale, 1e-6)
+        held = weight / (1.0 + (rest / (DOUBT * scale)) ** 2) / scale**2
+        covariance = np.linalg.inv((design * held[:, None]).T @ design + prior)
+        found = covariance @ (design.T @ (held * values))
+    middle = float(np.median(np.maximum(sigmas, 1e-9))) if len(sigmas) else 0.0
+    return SmoothField(found, shape, covariance, scale * middle)
+
+
+def is_worth_it(
+    x_px: Float,
+    y_px: Float,
+    values: Float,
+    sigmas: Float,
+    shape: tuple[int, int],
+    expected: float,
+    *,
+    sure: float,
+) -> bool:
+    """Whether a field fitted to one half of the measurements brings the other half nearer to zero.
+
+    Args:
+        x_px: columns, (N,).
+        y_px: rows, (N,).
+        values: what was measured, (N,).
+        sigmas: 1 sigma of each, (N,).
+        shape: height and width of the pictures.
+        expected: as `fit_field` takes it.
+        sure: how many of its own standard errors the gain must have.
+    """
+    fold = np.arange(len(values)) % _FOLDS
+    gains: list[Float] = []
+    for k in range(_FOLDS):
+        own, other = fold != k, fold == k
+        field = fit_field(x_px[own], y_px[own], values[own], sigmas[own], shape, expected)
+        doubt = DOUBT * max(field.scatter, 1e-9)
+        before, after = values[other], values[other] - field.at(x_px[other], y_px[other])
+        gains.append(np.log1p((before / doubt) ** 2) - np.log1p((after / doubt) ** 2))
+    gain = np.concatenate(gains)
+    error = float(gain.std()) / max(len(gain), 1) ** 0.5
+    return len(gain) > TERMS and float(gain.mean()) > sure * error
+
+
+def _legendre(places_px: NDArray[np.number], size_px: int) -> Float:
+    """(N, degrees + 1) at places of an axis that runs from -1 to 1 over the picture."""
+    t = 2.0 * np.asarray(places_px, np.float64) / max(size_px - 1, 1) - 1.0
+    return np.polynomial.legendre.legvander(t, _DEGREE)
