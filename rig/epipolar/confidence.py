@@ -45,6 +45,8 @@ class Evidence:
     """(H, W) pixels hidden in the outermost view of at least one side."""
     unshared: Mask
     """(H, W) slopes that a search from the other end of the views does not share."""
+    beside_unshared: Mask
+    """(H, W) slopes at a jump beside those."""
     rival_px: Map
     """(H, W) second slopes that explain the views as well, NaN for none."""
     is_misled: bool = False
@@ -95,7 +97,8 @@ def judge(
         apart = evidence.rival_px[r] - slope[r]
         total += np.where(np.isfinite(apart), apart * apart, np.float32(0))
         np.minimum(np.sqrt(total), blind_px, out=sigma[r])
-        np.copyto(sigma[r], blind_px, where=(against[r] > 0) | evidence.is_misled)
+        doubtful = (against[r] > 0) | evidence.beside_unshared[r] | evidence.is_misled
+        np.copyto(sigma[r], blind_px, where=doubtful)
         label[r] = np.where(slope[r] > 0, np.uint8(Label.NEARER), np.uint8(Label.BEYOND))
         label[r][evidence.hidden[r]] = Label.OCCLUSION
         none = (

@@ -27,7 +27,7 @@ _QUIET_SHARE = 0.4
 """Share of the blocks, those of least gradient, that tell the noise."""
 _SAMPLED_POWER = 0.75
 """Mean power of white noise in a sample between pixels (cubic B-spline) over that on a pixel."""
-_CLEAR, _SEEN_SHARE = 4.0, 0.5
+_CLEAR, _SEEN_SHARE = 4.0, 0.25
 _USUAL = 1.3
 _LEAST_RATIO = 1.25
 """Below it the picture told its own noise."""
@@ -62,12 +62,12 @@ def measure_cross_noise(
     reach_px = _REACH_PX / float(np.hypot(cameras.x_steps, cameras.y_steps).max())
     others = np.flatnonzero(np.hypot(cameras.x_steps, cameras.y_steps) > 0)
     begun = slope.copy()
-    left, tilt = np.zeros_like(own), np.zeros_like(own)
-    for _ in range(_ROUNDS + 1):
-        left, tilt, seen = _differences(images, padded, others, cameras, u, v, slope, own)
-        power = np.maximum((tilt**2).sum(axis=(0, 2)), 1e-9)
-        step = -(tilt * left).sum(axis=(0, 2)) / power
+    left, tilt, seen = _differences(images, padded, others, cameras, u, v, slope, own)
+    step = _best_step(left, tilt)
+    for _ in range(_ROUNDS):
         slope = np.clip(slope + step, begun - reach_px, begun + reach_px)
+        left, tilt, seen = _differences(images, padded, others, cameras, u, v, slope, own)
+        step = _best_step(left, tilt)
     # What the last step would have mended is no noise.
     left = left + step[None, :, None] * tilt
     pixels = _SIDE_PX**2
@@ -95,6 +95,12 @@ def _grid(shape: tuple[int, int], blocks: int) -> tuple[NDArray[np.intp], NDArra
     return rows.ravel(), columns.ravel()
 
 
+def _best_step(left: Float, tilt: Float) -> Float:
+    """Change of slope that differences (views, N, pixels) ask for, (N,)."""
+    power = np.maximum((tilt**2).sum(axis=(0, 2)), 1e-9)
+    return -(tilt * left).sum(axis=(0, 2)) / power
+
+
 def _differences(
     images: NDArray[np.float32],
     padded: NDArray[np.float32],
@@ -116,7 +122,7 @@ def _differences(
         u.ravel(), v.ravel(), each,
     )  # fmt: skip
     blocks = (len(others), *u.shape)
-    seen = inside.reshape(blocks).all(axis=2)
+    seen = np.logical_and.reduce(inside.reshape(blocks), axis=2)
     left = grey.reshape(blocks).astype(np.float64) - own
     slopes = tilt.reshape(blocks).astype(np.float64)
     for part in (left, slopes):

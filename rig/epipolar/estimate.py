@@ -173,7 +173,7 @@ def estimate_slopes(
     rival_px[~contested(splines, slope, rival_px, cameras, scales)] = np.nan
     evidence = Evidence(
         lines, variance, misfit, len(images), _FROM_ROWS * mending.rows.scatter_px / reach, hidden,
-        _grown(found.unshared, slope, cameras), rival_px,
+        found.unshared, _beside(found.unshared, slope, cameras), rival_px,
     )  # fmt: skip
     if effort is Effort.FOLLOWED and _is_surprised(lines, window, cameras):
         evidence, warnings = replace(evidence, is_misled=True), (*warnings, _MISLED)
@@ -184,15 +184,14 @@ def estimate_slopes(
     return replace(judged, placement=placement, mending=mending)
 
 
-def _grown(
+def _beside(
     unshared: NDArray[np.bool_], slope_px: NDArray[np.float32], cameras: Cameras
 ) -> NDArray[np.bool_]:
-    """Unshared pixels (H, W), and those at a jump beside them: paths make ramps of such jumps."""
+    """Pixels at a jump beside slopes that are not shared, (H, W): paths make ramps of such jumps."""
     if not unshared.any():
         return unshared
     beside = highest(unshared.astype(np.float32), 3) > 0
-    jumps = near_jumps(slope_px, 1.5 * cameras.step_px, 1)
-    return unshared | (beside & jumps)
+    return beside & near_jumps(slope_px, 1.5 * cameras.step_px, 1)
 
 
 def _is_surprised(lines: LineFits, window: Window, cameras: Cameras) -> bool:
@@ -204,7 +203,7 @@ def _is_surprised(lines: LineFits, window: Window, cameras: Cameras) -> bool:
     """
     known = ~window.is_wider(_KNOWN_LABELS * cameras.step_px)
     against = contradicted(lines.misfit) > 0
-    return np.count_nonzero(against & known) > _SURPRISE * max(np.count_nonzero(known), 1)
+    return bool(np.count_nonzero(against & known) > _SURPRISE * max(np.count_nonzero(known), 1))
 
 
 def _with_doubt_of(places: Placement | None, found: SlopeMap, range_px: float) -> SlopeMap:

@@ -103,4 +103,4 @@ def _fit(design: Float, left: Float, prior: Float) -> tuple[Float, float]:
         weight = 1.0 / (1.0 + (rest / (DOUBT * scatter)) ** 2) / scatter**2
         normal = (design * weight[:, None]).T @ design + prior
         found = np.linalg.solve(normal, design.T @ (weight * left))
-    return found, scatter
+    return np.asarray(found, np.float64), scatter

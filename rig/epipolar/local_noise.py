@@ -69,9 +69,9 @@ def _of_shared_slopes(lines: LineFits) -> tuple[NDArray[np.float32], NDArray[np.
     radius_px = _LARGEST_RADIUS_PX
     known = np.maximum(mean(lines.information, radius_px), np.float32(1e-12))
     shared_px = mean(lines.information * lines.slope_px, radius_px) / known
-    apart = lines.scatter + lines.information * (lines.slope_px - shared_px) ** 2
+    apart = lines.scatter + lines.information * np.square(lines.slope_px - shared_px)
     left = np.float32(1.0 - 1.0 / (2 * radius_px + 1) ** 2)
-    one = np.where(lines.sight == UNSEEN, np.float32(0), left)
+    one = np.where(lines.sight == UNSEEN, np.float32(0), left).astype(np.float32)
     return mean(apart, radius_px), mean(one, radius_px)
 
 

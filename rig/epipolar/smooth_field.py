@@ -105,7 +105,7 @@ def fit_field(
         covariance = np.linalg.inv((design * held[:, None]).T @ design + prior)
         found = covariance @ (design.T @ (held * values))
     middle = float(np.median(np.maximum(sigmas, 1e-9))) if len(sigmas) else 0.0
-    return SmoothField(found, shape, covariance, scale * middle)
+    return SmoothField(found, shape, np.asarray(covariance, np.float64), scale * middle)
 
 
 def is_worth_it(
@@ -145,4 +145,4 @@ def is_worth_it(
 def _legendre(places_px: NDArray[np.number], size_px: int) -> Float:
     """(N, degrees + 1) at places of an axis that runs from -1 to 1 over the picture."""
     t = 2.0 * np.asarray(places_px, np.float64) / max(size_px - 1, 1) - 1.0
-    return np.polynomial.legendre.legvander(t, _DEGREE)
+    return np.asarray(np.polynomial.legendre.legvander(t, _DEGREE), np.float64)

@@ -45,9 +45,9 @@ def sweep_costs(
         (H, L, W) costs, 0 to `COST_MAX`.
     """
     height, width = images.shape[1:]
-    if centres is None:
-        centres, axis = images[reference][None], np.zeros(len(images), np.int32)
-    else:
+    compared, axis = images[reference][None], np.zeros(len(images), np.int32)
+    if centres is not None:
+        compared = centres
         axis = (~is_beside(x_steps, y_steps)).astype(np.int32)
     costs = np.empty((height, len(labels_px), width), np.uint8)
     half = assign_halves(x_steps, y_steps)
@@ -57,7 +57,7 @@ def sweep_costs(
 
     def work(start: int, stop: int) -> None:
         _sweep(
-            images, xs, ys, half, order, axis, centres, labels_px, np.float32(truncation),
+            images, xs, ys, half, order, axis, compared, labels_px, np.float32(truncation),
             start, stop, costs,
         )  # fmt: skip
 
