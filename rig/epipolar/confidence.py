@@ -25,6 +25,10 @@ many neighbours have one noise."""
 _EDGE_LABELS = 1.0
 """Slopes that end so near to the end of the range may lie beyond it."""
 _MANY_OUTSIDE = 0.02
+_MISLED = (
+    "the views contradict the hypothesis in most places; nothing is sure in this multi-view, "
+    "search the next one without it"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +112,8 @@ def judge(
             values[r][none] = instead
 
     run_in_bands(weigh, len(sigma))
-    return SlopeMap(slope, sigma, label, warnings + _of_range(outside, plain, range_px))
+    said = (_MISLED,) if evidence.is_misled else ()
+    return SlopeMap(slope, sigma, label, warnings + said + _of_range(outside, plain, range_px))
 
 
 def _held_back(lines: LineFits) -> Map:

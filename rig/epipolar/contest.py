@@ -27,7 +27,12 @@ _LIMIT = np.float32(9.0)
 
 
 def contested(
-    splines: Map, slope_px: Map, rival_px: Map, cameras: Cameras, scales: Scales
+    splines: Map,
+    slope_px: Map,
+    rival_px: Map,
+    cameras: Cameras,
+    scales: Scales,
+    drift: Map | None = None,
 ) -> NDArray[np.bool_]:
     """Pixels whose rival fits as well within the noise, (H, W).
 
@@ -37,6 +42,7 @@ def contested(
         rival_px: (H, W) second slopes, NaN for none.
         cameras: where the views stand.
         scales: grey scales of the images.
+        drift: (2, H, W) light that changes with the view, see `rig.epipolar.drift`; None for none.
     """
     shape = (slope_px.shape[0], slope_px.shape[1])
     rows, columns = np.mgrid[0 : shape[0] : _STRIDE_PX, 0 : shape[1] : _STRIDE_PX]
@@ -46,9 +52,10 @@ def contested(
     v, u = rows[there].astype(np.float32), columns[there].astype(np.float32)
     own, other = slope_px[rows[there], columns[there]], rival_px[rows[there], columns[there]]
     variance = np.float32(2.0 * scales.doubt**2)
+    light = None if drift is None else drift[:, rows[there], columns[there]]
     gap = np.zeros(rows.shape, np.float32)
-    gap[there] = _badness(splines, shape, cameras, u, v, other, variance)
-    gap[there] -= _badness(splines, shape, cameras, u, v, own, variance)
+    gap[there] = _badness(splines, shape, cameras, u, v, other, variance, light)
+    gap[there] -= _badness(splines, shape, cameras, u, v, own, variance, light)
     patch = (2 * _RADIUS + 1) ** 2
     # Each pixel counts for the four that it stands for, and half a square is its logarithm.
     ratio = np.float32(0.5 * patch * _STRIDE_PX**2) * mean(gap, _RADIUS)
@@ -65,6 +72,7 @@ def _badness(
     rows: Map,
     slope_px: Map,
     variance: np.float32,
+    light: Map | None,
 ) -> Map:
     """Sum over the axes of what the better half differs by, squared over its variance, (N,)."""
     half = assign_halves(cameras.x_steps, cameras.y_steps)
@@ -74,6 +82,10 @@ def _badness(
     total = np.zeros((HALVES, len(rows)), np.float32)
     count = np.zeros((HALVES, len(rows)), np.float32)
     centre = grey[cameras.reference]
+    if light is not None:
+        for i in range(len(grey)):
+            x, y = np.float32(cameras.x_steps[i]), np.float32(cameras.y_steps[i])
+            grey[i] -= x * light[0] + y * light[1]
 
     def work(start: int, stop: int) -> None:
         for h in range(start, stop):

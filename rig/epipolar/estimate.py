@@ -11,10 +11,13 @@ from rig.epipolar.confidence import Evidence, contradicted, judge
 from rig.epipolar.contest import contested
 from rig.epipolar.cross_check import is_one_sided
 from rig.epipolar.cross_noise import measure_cross_noise
+from rig.epipolar.drift import coarse_drift, local_drift
+from rig.epipolar.first_match import FirstMatch
 from rig.epipolar.fitting import fit_together
 from rig.epipolar.line import LineFits, fit_lines
 from rig.epipolar.local_noise import line_precision, locking, pooled_share, reply_share
 from rig.epipolar.median import guided_median, near_jumps
+from rig.epipolar.mending import Mending
 from rig.epipolar.noise_model import CrossNoise, NoiseModel
 from rig.epipolar.occlusion import hidden_points
 from rig.epipolar.placement import Placement, on_their_lines
@@ -23,6 +26,7 @@ from rig.epipolar.rank import highest
 from rig.epipolar.sampling import pad
 from rig.epipolar.scales import Scales, noise_of, stabilise
 from rig.epipolar.search import Effort, effort_of, search
+from rig.epipolar.shrink import grow
 from rig.epipolar.sides import choose_sides
 from rig.epipolar.stitch import behind_jumps, stitch
 from rig.epipolar.usable import keep, seen_views, strange_views
@@ -59,10 +63,6 @@ _FAR = _Found(0.5 * LABEL_SHIFT_PX, mended=1.0)
 _KNOWN_LABELS, _SURPRISE = 8.0, 0.3
 """Width of a window that a hypothesis is sure of; and share of such pixels that the views must
 contradict for it to be wrong altogether."""
-_MISLED = (
-    "the views contradict the hypothesis in most places; nothing is sure in this multi-view, "
-    "search the next one without it"
-)
 _COVERED_LABELS = 1.0
 """Difference of slope, labels, from which a nearer surface covers what is behind it."""
 
@@ -100,101 +100,154 @@ def estimate_slopes(
             no view but the reference can be used.
     """
     window = window_of(views.shape, slope_range_px, prior)
-    views, warnings = seen_views(views)
-    known = noise or views.noise
-    grey_step = 0.0 if views.images.dtype == np.float32 else 1.0
-    fitting = fit_together(views, window, grey_step, known)
-    if views.is_colour:
-        known, grey_step = None, 0.0
-    images, mending = fitting.images, fitting.mending
-    strange, more = strange_views(views, fitting.agreement)
-    if strange.any():
-        views, images, warnings = keep(views, ~strange), images[~strange], warnings + more
-        mending = mending.kept(~strange)
-    warnings += mending.warnings(views.x_steps, views.y_steps)
-    cameras = _cameras(views)
-    model = noise_of(images, grey_step, known)
-    effort = effort_of(cameras, window)
-    cross = mending.noise or CrossNoise()
-    is_measured = mending.noise is None and effort is not Effort.FOLLOWED
-    if is_measured:
-        cross = measure_cross_noise(images, cameras, fitting.rough_slope_px, model)
-    images, scales = stabilise(
-        images, views.reference, model.raised(cross.ratio), is_told=known is not None
-    )
-    scales = replace(scales, misfit_px=cross.misfit_px, is_alike=cross.ratio > 1)
-    if views.beside_px is not None:
-        images = on_their_lines(images, views.beside_px)
-    sharp, images = images, _smoothed(images, scales.prefilter_px)
-    splines = pad(images, cameras.x_steps, cameras.y_steps)
-    found = search(images, cameras, window, scales, splines)
-    slope = window.hold(found.slope_px)
+    ready = _prepare(views, window, noise)
+    cameras, scales, mending = ready.cameras, ready.scales, ready.mending
+    images, splines, grey = ready.images, ready.splines, ready.images[ready.cameras.reference]
+    drift = coarse_drift(images, cameras, window, ready.first)
+    found = search(images, cameras, window, scales, splines, drift)
     movable = window.is_wider(_JUMP_LABELS * cameras.step_px)
-    grey = images[views.reference]
-    slope = _settle_edges(slope, grey, movable, cameras, scales, _MEDIAN_ROUNDS[effort])
+    slope = _settle_edges(window.hold(found.slope_px), movable, ready)
     slope = window.hold(slope)
-    if effort is Effort.COARSE or (effort is Effort.FULL and is_one_sided(cameras)):
+    if ready.effort is Effort.COARSE or ready.is_one_sided:
         nowhere = np.zeros(images.shape, np.bool_)
-        _, (stitched, _, _) = _refine(images, splines, slope, nowhere, cameras, scales, _FAR)
+        _, (stitched, _, _) = _refine(images, splines, slope, nowhere, cameras, scales, drift, _FAR)
         slope = window.hold(stitched)
-    if is_measured:
-        white = NoiseModel(scales.noise, step_levels=0.0)
-        closer = measure_cross_noise(sharp, cameras, slope, white)
-        cross = replace(closer, ratio=cross.ratio)
-        mending = replace(mending, noise=cross)
+    if mending.noise is None and ready.effort is not Effort.FOLLOWED:
+        mending = replace(mending, noise=_closer_noise(ready, slope))
+    cross = mending.noise or CrossNoise()
     scales = replace(scales, misfit_px=cross.misfit_px)
-    slope = window.hold(choose_sides(splines, grey, slope, movable, cameras, scales))
+    if drift is not None:
+        drift = local_drift(images, splines, slope, drift, cameras, scales)
+    slope = window.hold(choose_sides(splines, grey, slope, movable, cameras, scales, drift))
     covered, hidden = hidden_points(
-        slope, views.x_steps, views.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px
+        slope, cameras.x_steps, cameras.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px
     )
-    start = _NEAR if effort is Effort.FULL else None
+    start = _NEAR if ready.effort is Effort.FULL else None
     lines, (stitched, variance, misfit) = _refine(
-        images, splines, slope, covered, cameras, scales, start
+        images, splines, slope, covered, cameras, scales, drift, start
     )
     slope = window.hold(stitched)
-    placement = None
-    if effort is not Effort.FOLLOWED and not trust_places:
-        noise_levels = scales.smoothed_noise
-        placement = find_placement(images, slope, covered, cameras, noise_levels, splines)
+    warnings, placement = ready.warnings, None
+    if ready.effort is not Effort.FOLLOWED and not trust_places:
+        levels = scales.smoothed_noise
+        placement = find_placement(images, slope, covered, cameras, levels, splines, drift)
     places = placement
     if placement is not None and placement.misplaced.any():
-        warnings += placement.warnings(views.x_steps, views.y_steps)
+        warnings += placement.warnings(cameras.x_steps, cameras.y_steps)
         images, cameras = on_their_lines(images, placement.beside_px), _moved(cameras, placement)
         splines = pad(images, cameras.x_steps, cameras.y_steps)
         lines, (stitched, variance, misfit) = _refine(
-            images, splines, slope, covered, cameras, scales
+            images, splines, slope, covered, cameras, scales, drift
         )
         slope = window.hold(stitched)
     else:
         placement = None
     variance *= np.float32(pooled_share(grey, scales, _STITCH_STRIDE_PX, cross.likeness))
     rival_px = found.rival_px
-    reach = LABEL_SHIFT_PX / cameras.step_px
-    rival_px[~contested(splines, slope, rival_px, cameras, scales)] = np.nan
+    rival_px[~contested(splines, slope, rival_px, cameras, scales, drift)] = np.nan
     evidence = Evidence(
-        lines, variance, misfit, len(images), _FROM_ROWS * mending.rows.scatter_px / reach, hidden,
-        found.unshared, _beside(found.unshared, slope, cameras), rival_px,
-    )  # fmt: skip
-    if effort is Effort.FOLLOWED and _is_surprised(lines, window, cameras):
-        evidence, warnings = replace(evidence, is_misled=True), (*warnings, _MISLED)
+        lines=lines,
+        variance=variance,
+        misfit=misfit,
+        views=len(images),
+        misfit_px=_FROM_ROWS * mending.rows.scatter_px * cameras.step_px / LABEL_SHIFT_PX,
+        hidden=hidden,
+        unshared=found.unshared,
+        beside_unshared=_beside(found.unshared, slope, cameras),
+        rival_px=rival_px,
+        is_misled=ready.effort is Effort.FOLLOWED and _is_misled(lines, window, cameras),
+    )
     judged = judge(slope, evidence, cameras.step_px, slope_range_px, warnings)
     judged = _with_doubt_of(places, judged, slope_range_px[1] - slope_range_px[0])
-    if effort is Effort.FOLLOWED and views.mending is None:
-        mending = None  # it was not looked for
-    return replace(judged, placement=placement, mending=mending)
+    # Around a hypothesis nothing is looked for: what is not known then is not known to be right.
+    is_looked_for = views.mending is not None or ready.effort is not Effort.FOLLOWED
+    return replace(judged, placement=placement, mending=mending if is_looked_for else None)
+
+
+@dataclass(frozen=True, slots=True)
+class _Ready:
+    """Views that can be compared, and what is known of them before slopes are searched."""
+
+    images: NDArray[np.float32]
+    """(V, H, W) grey values of one noise, prefiltered."""
+    sharp: NDArray[np.float32]
+    """(V, H, W) before the prefilter."""
+    splines: NDArray[np.float32]
+    """What `rig.epipolar.sampling.pad` makes of the images."""
+    cameras: Cameras
+    """Where the views stand."""
+    scales: Scales
+    """Grey scales of the images."""
+    noise: CrossNoise
+    """What the views differ by at the slopes of the first match, or as known."""
+    mending: Mending
+    """What was mended."""
+    first: FirstMatch
+    """The match that tells which pixels show the same."""
+    effort: Effort
+    """How slopes will be searched."""
+    warnings: tuple[str, ...]
+    """What is to be said of the views."""
+
+    @property
+    def is_one_sided(self) -> bool:
+        """Whether no view has a counterpart on the other side, and slopes are searched anew."""
+        return self.effort is not Effort.FOLLOWED and is_one_sided(self.cameras)
+
+
+def _prepare(views: RectifiedViews, window: Window, noise: NoiseModel | None) -> _Ready:
+    """Leave out what shows nothing, make the rest fit, and measure its noise."""
+    views, warnings = seen_views(views)
+    known = noise or views.noise
+    grey_step = 0.0 if views.images.dtype == np.float32 else 1.0
+    fitted = fit_together(views, window, grey_step, known)
+    if views.is_colour:
+        known, grey_step = None, 0.0
+    images, mending = fitted.images, fitted.mending
+    strange, more = strange_views(views, fitted.agreement)
+    if strange.any():
+        views, images, warnings = keep(views, ~strange), images[~strange], warnings + more
+        mending = mending.kept(~strange)
+    warnings += mending.warnings(views.x_steps, views.y_steps)
+    cameras = Cameras(views.x_steps, views.y_steps, views.reference)
+    effort, model = effort_of(cameras, window), noise_of(images, grey_step, known)
+    cross = mending.noise or CrossNoise()
+    if mending.noise is None and effort is not Effort.FOLLOWED:
+        rough_px = np.float32(fitted.first.factor) * grow(
+            fitted.first.slope_px, fitted.first.factor, views.shape
+        )
+        cross = measure_cross_noise(images, cameras, rough_px, model)
+    images, scales = stabilise(
+        images, views.reference, model.raised(cross.ratio), is_told=known is not None
+    )
+    scales = replace(scales, misfit_px=cross.misfit_px, is_alike=cross.ratio > 1)
+    if views.beside_px is not None:
+        images = on_their_lines(images, views.beside_px)
+    smooth = _smoothed(images, scales.prefilter_px)
+    splines = pad(smooth, cameras.x_steps, cameras.y_steps)
+    return _Ready(
+        smooth, images, splines, cameras, scales, cross, mending, fitted.first, effort, warnings
+    )
+
+
+def _closer_noise(ready: _Ready, slope_px: NDArray[np.float32]) -> CrossNoise:
+    """Measure what views differ by once more, at slopes (H, W) that are known better."""
+    white = NoiseModel(ready.scales.noise, step_levels=0.0)
+    closer = measure_cross_noise(ready.sharp, ready.cameras, slope_px, white)
+    return replace(closer, ratio=ready.noise.ratio)
 
 
 def _beside(
     unshared: NDArray[np.bool_], slope_px: NDArray[np.float32], cameras: Cameras
 ) -> NDArray[np.bool_]:
-    """Pixels at a jump beside slopes that are not shared, (H, W): paths make ramps of such jumps."""
+    """Pixels at a jump beside what is not shared, (H, W): paths make ramps of such jumps."""
     if not unshared.any():
         return unshared
     beside = highest(unshared.astype(np.float32), 3) > 0
     return beside & near_jumps(slope_px, 1.5 * cameras.step_px, 1)
 
 
-def _is_surprised(lines: LineFits, window: Window, cameras: Cameras) -> bool:
+def _is_misled(lines: LineFits, window: Window, cameras: Cameras) -> bool:
     """Whether the views contradict a good share of the slopes that were taken for known.
 
     The scene has jumped then, and the hypothesis is no guide: what agrees with it does so by
@@ -214,31 +267,23 @@ def _with_doubt_of(places: Placement | None, found: SlopeMap, range_px: float) -
     return replace(found, sigma_px=np.minimum(sigma_px, np.float32(range_px / 12**0.5)))
 
 
-def _cameras(views: RectifiedViews) -> Cameras:
-    return Cameras(views.x_steps, views.y_steps, views.reference)
-
-
 def _moved(cameras: Cameras, placement: Placement) -> Cameras:
     x_steps = cameras.x_steps + placement.steps[:, 0]
     return Cameras(x_steps, cameras.y_steps + placement.steps[:, 1], cameras.reference)
 
 
 def _settle_edges(
-    slope_px: NDArray[np.float32],
-    grey: NDArray[np.float32],
-    movable: NDArray[np.bool_],
-    cameras: Cameras,
-    scales: Scales,
-    rounds: int,
+    slope_px: NDArray[np.float32], movable: NDArray[np.bool_], ready: _Ready
 ) -> NDArray[np.float32]:
     """Move slope edges to the grey edges of the reference view, where they may move."""
-    for _ in range(rounds):
+    for _ in range(_MEDIAN_ROUNDS[ready.effort]):
+        jumps = near_jumps(slope_px, 1.5 * ready.cameras.step_px, _MEDIAN_RADIUS_PX)
         slope_px = guided_median(
             slope_px,
-            grey,
-            near_jumps(slope_px, 1.5 * cameras.step_px, _MEDIAN_RADIUS_PX) & movable,
+            ready.images[ready.cameras.reference],
+            jumps & movable,
             radius_px=_MEDIAN_RADIUS_PX,
-            grey_scale=1.4 * scales.likeness,
+            grey_scale=1.4 * ready.scales.likeness,
         )
     return slope_px
 
@@ -250,6 +295,7 @@ def _refine(
     covered: NDArray[np.bool_],
     cameras: Cameras,
     scales: Scales,
+    drift: NDArray[np.float32] | None,
     found: _Found | None = None,
 ) -> tuple[LineFits, Stitched]:
     """Move every pixel's line one step towards its optimum, and join the optima of neighbours.
@@ -265,6 +311,7 @@ def _refine(
         covered: (V, H, W) whether a view shows a nearer surface in the place of the point.
         cameras: where the views stand.
         scales: grey scales of the images.
+        drift: (2, H, W) light that changes with the view; None for none.
         found: the search that the start comes from; None if it comes from lines already.
     """
     if found is not None:
@@ -272,6 +319,7 @@ def _refine(
     lines = fit_lines(
         images, cameras.x_steps, cameras.y_steps, cameras.reference, slope_px, covered,
         scales.doubt, scales.derivative_variance, locking(scales), cameras.step_px, splines,
+        drift,
     )  # fmt: skip
     if found is not None:
         longer = np.float32(1.0 / reply_share(lines, scales) ** found.mended)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.colour import luminance, merge_channels
-from rig.epipolar.first_match import first_match, small_pictures
+from rig.epipolar.first_match import FirstMatch, first_match, small_pictures
 from rig.epipolar.mending import Mending
 from rig.epipolar.noise_model import NoiseModel
 from rig.epipolar.photometry import Light, equalise
@@ -28,8 +28,14 @@ class Fitted:
     """(V,) of each view with the reference, as `Equalised` has it."""
     mending: Mending
     """What it took."""
-    rough_slope_px: NDArray[np.float32]
-    """(H, W) slopes of the first match, px per view step."""
+    first: FirstMatch
+    """What paired the pixels, from the pictures before their light was the same."""
+
+    @property
+    def rough_slope_px(self) -> NDArray[np.float32]:
+        """(H, W) slopes of the first match, px per view step."""
+        factor, (height, width) = self.first.factor, self.images.shape[1:]
+        return np.float32(factor) * grow(self.first.slope_px, factor, (height, width))
 
 
 def fit_together(
@@ -60,15 +66,12 @@ def fit_together(
         if rows.any:
             pictures = _mended(pictures, rows)
             first = replace(first, images=small_pictures(_grey(pictures), first.factor))
-    noise_known = None if known is None else known.noise
-    rough_slope_px = np.float32(first.factor) * grow(first.slope_px, first.factor, views.shape)
+    known_noise = None if known is None else known.noise
     if pictures.ndim == 4:
         images, agreement, light = merge_channels(pictures, cameras, first, grey_step, noise, light)
-        return Fitted(images, agreement, Mending(rows, light, noise_known), rough_slope_px)
+        return Fitted(images, agreement, Mending(rows, light, known_noise), first)
     equal = equalise(pictures, cameras, first, None if light is None else light[0])
-    return Fitted(
-        equal.images, equal.agreement, Mending(rows, (equal.light,), noise_known), rough_slope_px
-    )
+    return Fitted(equal.images, equal.agreement, Mending(rows, (equal.light,), known_noise), first)
 
 
 def _grey(pictures: Image) -> Image:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
+from rig.epipolar.drift_fit import drift_of_all, light_of
 from rig.epipolar.halves import HALVES, assign_halves
 from rig.epipolar.kernel import kernel
 from rig.epipolar.sampling import pad, sample_points
@@ -61,6 +62,7 @@ def fit_lines(
     locking: tuple[float, float, float],
     reach_px: float,
     splines: NDArray[np.float32] | None = None,
+    drift: NDArray[np.float32] | None = None,
 ) -> LineFits:
     """Improve every pixel's slope by one step.
 
@@ -77,6 +79,7 @@ def fit_lines(
         locking: its covariance with the grey value itself, as `local_noise.locking` gives it.
         reach_px: largest step that the linearisation can be trusted for, px per view step.
         splines: what `rig.epipolar.sampling.pad` makes of the images, if there already.
+        drift: (2, H, W) light that changes with the view, see `rig.epipolar.drift`; None for none.
     """
     height, width = slope_px.shape
     padded = pad(images, x_steps, y_steps) if splines is None else splines
@@ -86,13 +89,13 @@ def fit_lines(
     information, signal, misfit = (np.empty((height, width), np.float32) for _ in range(3))
     scatter, freedom = (np.empty((height, width), np.float32) for _ in range(2))
     sight = np.empty((height, width), np.uint8)
-    drawn = np.array(locking, np.float32)
+    drawn, light = np.array(locking, np.float32), drift_of_all(drift)
 
     def work(start: int, stop: int) -> None:
         _fit_lines(
             padded, images[reference], xs, ys, half, slope_px, covered, np.float32(1 / scale),
-            np.float32(derivative_variance), drawn, np.float32(reach_px), start, stop, slope,
-            information, signal, misfit, scatter, freedom, sight,
+            np.float32(derivative_variance), drawn, np.float32(reach_px), light, start, stop,
+            slope, information, signal, misfit, scatter, freedom, sight,
         )  # fmt: skip
 
     run_in_bands(work, height)
@@ -112,6 +115,7 @@ def _fit_lines(
     derivative_variance: np.float32,
     locking: NDArray[np.float32],
     reach: np.float32,
+    drift: NDArray[np.float32],
     start: int,
     stop: int,
     slope: NDArray[np.float32],
@@ -135,7 +139,7 @@ def _fit_lines(
         columns[u] = np.float32(u)
     poor, members = np.empty((HALVES, width), np.float32), np.empty((HALVES, width), np.float32)
     sums = np.empty((_SUMS, width), np.float32)
-    lock = np.empty(width, np.float32)
+    lock, lit = np.empty(width, np.float32), np.empty(width, np.float32)
     for v in range(start, stop):
         here[:] = np.float32(v)
         poor[:] = np.float32(0)
@@ -147,7 +151,8 @@ def _fit_lines(
                     y_steps[i], grey[i], tilt[i], seen[i],
                 )  # fmt: skip
                 _doubt(covered[i, v], seen[i])
-                _compare(grey[i], centre[v], seen[i], per_scale, poor[half[i]], members[half[i]])
+                light_of(centre[v], drift, v, x_steps[i], y_steps[i], lit)
+                _compare(grey[i], lit, seen[i], per_scale, poor[half[i]], members[half[i]])
         sums[1:] = np.float32(0)
         sums[0] = sums[7] = np.float32(1)  # the reference itself: difference and tilt are 0
         _find_hidden(poor, members, misfit[v], sight[v])
@@ -179,7 +184,7 @@ def _compare(
     poor: NDArray[np.float32],
     members: NDArray[np.float32],
 ) -> None:
-    """Subtract the reference; add the view's truncated misfit to that of its half."""
+    """Subtract what the view would show; add the view's truncated misfit to that of its half."""
     limit = np.float32(MISFIT_LIMIT)
     for u in range(len(grey)):
         grey[u] -= centre[u]

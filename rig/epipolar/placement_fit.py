@@ -48,6 +48,7 @@ def find_placement(
     cameras: Cameras,
     noise_levels: float,
     splines: NDArray[np.float32] | None = None,
+    drift: NDArray[np.float32] | None = None,
 ) -> Placement | None:
     """Tell where the views are.
 
@@ -58,6 +59,7 @@ def find_placement(
         cameras: where the views are told to be.
         noise_levels: white noise of the grey values, 1 sigma.
         splines: what `rig.epipolar.sampling.pad` makes of the images, if there already.
+        drift: (2, H, W) light that changes with the view, see `rig.epipolar.drift`; None for none.
 
     Returns:
         None where there are too few views (its slope explains any shift of a pair), more than pay,
@@ -73,7 +75,7 @@ def find_placement(
         return None
     if splines is None:
         splines = pad(images, cameras.x_steps, cameras.y_steps)
-    lines = _lines(splines, slope_px, rows, columns, cameras)
+    lines = _lines(splines, slope_px, rows, columns, cameras, drift)
     fit = fit_places(lines, cameras.x_steps, cameras.y_steps, cameras.reference, noise_levels)
     distance_px, sigma_px = _distances(fit.found, fit.covariance, lines.slope_px)
     is_misplaced = distance_px > np.maximum(_NOTICEABLE_PX, _SURE * sigma_px)
@@ -115,6 +117,7 @@ def _lines(
     rows: NDArray[np.intp],
     columns: NDArray[np.intp],
     cameras: Cameras,
+    drift: NDArray[np.float32] | None,
 ) -> Lines:
     """Sample the lines of N pixels, cell by cell: first the black ones of a chess-board."""
     side = max(slope_px.shape) / _CELLS
@@ -126,6 +129,9 @@ def _lines(
     slope = slope_px[rows, columns].astype(np.float64)
     sampled = _sample(splines, slope_px.shape, rows, columns, slope, cameras)
     difference, across, down_slope, seen = sampled
+    if drift is not None:
+        along_row, along_column = drift[:, rows, columns, None]
+        difference -= along_row * cameras.x_steps + along_column * cameras.y_steps
     half = int((is_white == 0).sum())
     starts = np.flatnonzero(np.diff(cell, prepend=-1))
     return Lines(difference, seen, across, down_slope, slope, half, starts)

@@ -15,6 +15,9 @@ from rig.epipolar.spline import INVERSE
 _PREFILTER_FROM_RATIO = 0.1
 """Noise over texture below which smoothing loses more than it gains."""
 _SMALLEST_PREFILTER_PX = 0.3
+_USUAL_SHARE, _USUAL_FACTOR, _USUAL_BLOCK_PX = 0.75, 2.0, 8
+"""Twice the texture that three quarters of the picture stay below: few strong edges make the mean
+texture of a picture, and would leave the rest of it unfiltered."""
 _NOISE_VIEWS = 3
 _ALIKE_SHARE = 0.85
 _START_ERROR_PX = 0.035
@@ -39,11 +42,14 @@ class Scales:
     """By how much lines miss each other in the views, 1 sigma; 0 where it is a trifle."""
     is_alike: bool = False
     """Whether the noise of neighbours is alike, so that smaller pictures keep most of it."""
+    usual_texture: float = math.inf
+    """What `texture` is at most away from few strong edges."""
 
     @property
     def prefilter_px(self) -> float:
         """Sigma of the Gaussian prefilter: grows with noise over texture, 0 for clean images."""
-        excess = self.noise / max(self.texture, 1e-6) - _PREFILTER_FROM_RATIO
+        texture = min(self.texture, self.usual_texture)
+        excess = self.noise / max(texture, 1e-6) - _PREFILTER_FROM_RATIO
         sigma_px = min(1.1 * max(excess, 0.0) ** 0.5, 1.5)
         return sigma_px if sigma_px >= _SMALLEST_PREFILTER_PX else 0.0
 
@@ -186,7 +192,20 @@ def _scales_of(grey: NDArray[np.float32], noise: float) -> Scales:
     power = 0.5 * (_mean_square(grey[1:], grey[:-1]) + _mean_square(grey[:, 1:], grey[:, :-1]))
     texture = max(power - 2.0 * noise**2, 0.0) ** 0.5
     floor = 1e-4 * float(np.ptp(grey)) + 1e-9
-    return Scales(max(noise, floor), max(texture, floor))
+    usual = _usual_texture(grey, noise)
+    return Scales(max(noise, floor), max(texture, floor), usual_texture=max(usual, floor))
+
+
+def _usual_texture(grey: NDArray[np.float32], noise: float) -> float:
+    """`Scales.usual_texture` of a reference view (H, W)."""
+    along, down = np.diff(grey, axis=1)[:-1], np.diff(grey, axis=0)[:, :-1]
+    power = np.float32(0.5) * (along * along + down * down)
+    height, width = (max(side // _USUAL_BLOCK_PX, 1) for side in power.shape)
+    blocks = np.asarray(
+        cv2.resize(power, (width, height), interpolation=cv2.INTER_AREA), np.float32
+    )
+    usual = quantile(blocks.ravel(), _USUAL_SHARE) - 2.0 * noise**2
+    return _USUAL_FACTOR * max(usual, 0.0) ** 0.5
 
 
 def _mean_square(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:

@@ -102,6 +102,7 @@ def search(
     window: Window,
     scales: Scales,
     splines: NDArray[np.float32] | None = None,
+    drift: NDArray[np.float32] | None = None,
 ) -> Found:
     """Find the slope of every pixel inside its window.
 
@@ -111,6 +112,8 @@ def search(
         window: the slopes to search.
         scales: grey scales of the images.
         splines: what `rig.epipolar.sampling.pad` makes of them, if there already.
+        drift: (2, H, W) light that changes with the view, see `rig.epipolar.drift`; None for none.
+            Searches of texture and around a hypothesis have no need of it.
     """
     wide, effort = _is_wide(window, cameras), effort_of(cameras, window)
     if effort is not Effort.FOLLOWED and is_one_sided(cameras):
@@ -120,9 +123,9 @@ def search(
         return Found(slope_px, rival_px, found.unshared & wide)
     match effort:
         case Effort.FULL:
-            return _search_all(images, cameras, window, scales)
+            return _search_all(images, cameras, window, scales, drift)
         case Effort.COARSE:
-            found = _search_coarse(images, cameras, window, scales)
+            found = _search_coarse(images, cameras, window, scales, drift)
             slope_px = np.where(wide, found.slope_px, window.expected_px)
             rival_px = np.where(wide, found.rival_px, np.float32(np.nan))
             return Found.of_all(slope_px, rival_px)
@@ -180,11 +183,13 @@ def _search_all(
     cameras: Cameras,
     window: Window,
     scales: Scales,
+    drift: NDArray[np.float32] | None,
 ) -> Found:
     labels = _labels(float(window.low_px.min()), float(window.high_px.max()), cameras.step_px)
     costs = sweep_costs(
-        images, cameras.x_steps, cameras.y_steps, cameras.reference, labels, scales.truncation
-    )
+        images, cameras.x_steps, cameras.y_steps, cameras.reference, labels, scales.truncation,
+        drift=drift,
+    )  # fmt: skip
     return _decided(costs, labels, images[cameras.reference], window, scales)
 
 
@@ -301,10 +306,14 @@ def _misfit(
 
 
 def _search_coarse(
-    images: NDArray[np.float32], cameras: Cameras, window: Window, scales: Scales
+    images: NDArray[np.float32],
+    cameras: Cameras,
+    window: Window,
+    scales: Scales,
+    drift: NDArray[np.float32] | None,
 ) -> Found:
     """Exhaustive search of images of half the size, at full size."""
-    small = _search_small(images, cameras, window, scales, _COARSE_SHRINK)
+    small = _search_small(images, cameras, window, scales, _COARSE_SHRINK, drift)
     slope, rival = (
         grow(part, _COARSE_SHRINK, window.low_px.shape) for part in (small.slope_px, small.rival_px)
     )
@@ -312,7 +321,12 @@ def _search_coarse(
 
 
 def _search_small(
-    images: NDArray[np.float32], cameras: Cameras, window: Window, scales: Scales, factor: int
+    images: NDArray[np.float32],
+    cameras: Cameras,
+    window: Window,
+    scales: Scales,
+    factor: int,
+    drift: NDArray[np.float32] | None = None,
 ) -> Found:
     """Exhaustive search of smaller images; slopes, which shrink with pixels, are of full size.
 
@@ -327,7 +341,8 @@ def _search_small(
     narrow = window.shrunk(factor)
     labels = _labels(float(narrow.low_px.min()), float(narrow.high_px.max()), cameras.step_px)
     steps = cameras.x_steps, cameras.y_steps
-    costs = sweep_costs(small, *steps, cameras.reference, labels, scales.truncation)
+    light = None if drift is None else shrink(drift, factor)
+    costs = sweep_costs(small, *steps, cameras.reference, labels, scales.truncation, drift=light)
     raised, centres = raise_texture(small, cameras)
     mismatch = _TEXTURE_MISMATCH * texture_levels(centres)
     average(costs, sweep_costs(raised, *steps, cameras.reference, labels, mismatch, centres))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
+from rig.epipolar.drift_fit import drift_of_all
 from rig.epipolar.halves import HALVES, assign_halves
 from rig.epipolar.kernel import kernel
 from rig.epipolar.rank import highest, lowest
@@ -39,6 +40,7 @@ def choose_sides(
     movable: NDArray[np.bool_],
     cameras: Cameras,
     scales: Scales,
+    drift: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
     """Move pixels near jumps to the side that their own lines clearly prefer, (H, W).
 
@@ -49,6 +51,7 @@ def choose_sides(
         movable: (H, W) pixels that may change sides.
         cameras: where the views stand.
         scales: grey scales of the images.
+        drift: (2, H, W) light that changes with the view, see `rig.epipolar.drift`; None for none.
     """
     low, high = lowest(slope_px, _RADIUS_PX), highest(slope_px, _RADIUS_PX)
     near = high - low > np.float32(_JUMP_LABELS * cameras.step_px)
@@ -58,14 +61,14 @@ def choose_sides(
     x_steps, y_steps = cameras.x_steps.astype(np.float32), cameras.y_steps.astype(np.float32)
     sides = np.empty((2, len(rows)), np.float32)
     preference = np.zeros(slope_px.shape, np.float32)
-    result = slope_px.copy()
+    result, light = slope_px.copy(), drift_of_all(drift)
 
     def weigh(start: int, stop: int) -> None:
         part = slice(start, stop)
         _find_sides(slope_px, low, high, rows[part], columns[part], sides[:, part])
         _prefer(
             splines, grey, x_steps, y_steps, half, rows[part], columns[part], sides[:, part], limit,
-            preference,
+            light, preference,
         )  # fmt: skip
 
     def settle(start: int, stop: int) -> None:
@@ -119,6 +122,7 @@ def _prefer(
     columns: NDArray[np.int64],
     sides: NDArray[np.float32],
     limit: np.float32,
+    drift: NDArray[np.float32],
     preference: NDArray[np.float32],
 ) -> None:
     """Fill in by how much the nearer slope fits worse than the farther one, grey levels."""
@@ -146,7 +150,11 @@ def _prefer(
                     tilt, seen,
                 )  # fmt: skip
                 for i in range(count):
-                    d = min(abs(value[i] - grey[rows[i], columns[i]]), limit)
+                    v, u = rows[i], columns[i]
+                    lit = grey[v, u]
+                    if drift.shape[1] > 0:
+                        lit += x_steps[k] * drift[0, v, u] + y_steps[k] * drift[1, v, u]
+                    d = min(abs(value[i] - lit), limit)
                     poor[side, h, i] += seen[i] * d
                     members[side, h, i] += seen[i]
     for i in range(count):

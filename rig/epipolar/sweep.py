@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
+from rig.epipolar.drift_fit import drift_of_all
 from rig.epipolar.halves import (
     HALVES,
     assign_halves,
@@ -28,6 +29,7 @@ def sweep_costs(
     labels_px: NDArray[np.float32],
     truncation: float,
     centres: NDArray[np.float32] | None = None,
+    drift: NDArray[np.float32] | None = None,
 ) -> NDArray[np.uint8]:
     """Cost of every slope at every pixel.
 
@@ -40,6 +42,7 @@ def sweep_costs(
         truncation: grey difference that counts as a full mismatch.
         centres: (2, H, W) what views beside the reference, and those above and below it, are
             compared with (`contrast.raise_texture`); None for the reference as it is.
+        drift: (2, H, W) light that changes with the view, see `rig.epipolar.drift`; None for none.
 
     Returns:
         (H, L, W) costs, 0 to `COST_MAX`.
@@ -54,11 +57,12 @@ def sweep_costs(
     order = np.argsort(half, kind="stable")
     order = order[half[order] >= 0].astype(np.int32)
     xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
+    light = drift_of_all(drift)
 
     def work(start: int, stop: int) -> None:
         _sweep(
             images, xs, ys, half, order, axis, compared, labels_px, np.float32(truncation),
-            start, stop, costs,
+            light, start, stop, costs,
         )  # fmt: skip
 
     run_in_bands(work, len(labels_px))
@@ -86,6 +90,7 @@ def _sweep(
     centres: NDArray[np.float32],
     labels: NDArray[np.float32],
     truncation: np.float32,
+    drift: NDArray[np.float32],
     start: int,
     stop: int,
     costs: NDArray[np.uint8],
@@ -107,7 +112,7 @@ def _sweep(
                     shares_of(shares, unseen)
                 _half_sums(
                     images, x_steps, y_steps, half, order, axis, centres, v, slope, truncation,
-                    blend, sums,
+                    drift, blend, sums,
                 )  # fmt: skip
                 mean_of_three(sums, shares, unseen, rows[v % 3])
             if v > 0:
@@ -177,6 +182,7 @@ def _half_sums(
     v: int,
     slope: np.float32,
     truncation: np.float32,
+    drift: NDArray[np.float32],
     blend: NDArray[np.float32],
     sums: NDArray[np.float32],
 ) -> None:
@@ -206,6 +212,14 @@ def _half_sums(
         step = 1 if fx > 0 else 0
         a = line[first + ix : first + ix + n]
         b = beside[first + ix + step : first + ix + step + n]
-        for u in range(n):
-            d = abs(a[u] + share * (b[u] - a[u]) - c[u])
-            total[u] += min(truncation, d)
+        if drift.shape[1] == 0:  # nothing drifts
+            for u in range(n):
+                d = abs(a[u] + share * (b[u] - a[u]) - c[u])
+                total[u] += min(truncation, d)
+        else:
+            along, down = drift[0, v, first:last], drift[1, v, first:last]
+            x_step, y_step = x_steps[view], y_steps[view]
+            for u in range(n):
+                lit = c[u] + x_step * along[u] + y_step * down[u]
+                d = abs(a[u] + share * (b[u] - a[u]) - lit)
+                total[u] += min(truncation, d)

@@ -1,0 +1,244 @@
+"""Fits how the grey value of a point drifts with the place of the view, window by window.
+
+Along its line a point shows the views its grey value, plus the drift times their distance, less its
+grey slope times the error of its slope. One drift and one such error are shared by a window, so
+that texture, whose grey slopes differ, tells them apart: least squares in windows as in B. D. Lucas
+and T. Kanade, "An iterative image registration technique with an application to stereo vision"
+(IJCAI 1981), with light that changes as in G. D. Hager and P. N. Belhumeur, "Efficient region
+tracking with parametric models of geometry and illumination" (IEEE TPAMI 20(10), 1998).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.epipolar.bands import run_in_bands
+from rig.epipolar.kernel import kernel
+from rig.epipolar.sampling import sample_points
+from rig.epipolar.window import Cameras
+
+_SUMS, _SPREADS = 9, 6
+_TOGETHER = np.float32(5.0)
+"""Neighbouring points whose grey values vary as one: what they say counts once."""
+_CLEARLY = 2.0
+"""Power of a drift over that of chance from which it is believed: 0.2-1.2 without, 3-60 with."""
+_NO_SLOPE = np.float32(1e6)
+"""Slope of what lies outside the picture: like no slope inside."""
+
+
+def fit_drift(
+    splines: NDArray[np.float32],
+    grey: NDArray[np.float32],
+    slope_px: NDArray[np.float32],
+    before: NDArray[np.float32] | None,
+    cameras: Cameras,
+    *,
+    stride_px: int,
+    radius: int,
+    gate_px: float,
+    doubt: float,
+    least_tilt: float,
+) -> NDArray[np.float32] | None:
+    """Fit the drift of the points of a grid.
+
+    What the windows of a picture find is held back by how much chance alone would let them find:
+    the empirical Bayes estimate of W. James and C. Stein, "Estimation with quadratic loss" (4th
+    Berkeley Symposium, 1961).
+
+    Args:
+        splines: what `rig.epipolar.sampling.pad` makes of the equalised views.
+        grey: (H, W) reference view.
+        slope_px: (H, W) slopes so far, px per view step.
+        before: (2, H, W) drift so far; None for none.
+        cameras: where the views stand.
+        stride_px: distance of the points of the grid.
+        radius: radius of the round window, points of the grid.
+        gate_px: difference of slope from which a neighbour does not count (Tukey biweight).
+        doubt: grey difference beyond which a view is doubted (Cauchy scale).
+        least_tilt: grey slope along the line that a window must have to tell the error of its
+            slope, grey per (px per view step).
+
+    Returns:
+        (2, h, w) drift along the row and along the column, grey per view step, at every
+        `stride_px`-th pixel from `stride_px // 2` on; None where there is none but by chance.
+    """
+    thin = slice(stride_px // 2, None, stride_px)
+    slope, centre = (np.ascontiguousarray(each[thin, thin]) for each in (slope_px, grey))
+    height, width = slope.shape
+    start = np.zeros((2, height, width), np.float32)
+    if before is not None:
+        start[:] = before[:, thin, thin]
+    rows, columns = (np.arange(side, dtype=np.float32)[thin] for side in slope_px.shape)
+    framed = np.zeros((_SUMS + _SPREADS, height + 2 * radius, width + 2 * radius), np.float32)
+    slopes = np.pad(slope, radius, constant_values=_NO_SLOPE)
+    dy, dx = np.mgrid[-radius : radius + 1, -radius : radius + 1]
+    square = dx**2 + dy**2
+    inside = square <= (radius + 0.5) ** 2
+    taps = np.stack([dy[inside], dx[inside]], axis=1)
+    nearness = (1 - square[inside] / (radius + 1) ** 2).astype(np.float32)
+    xs, ys = cameras.x_steps.astype(np.float32), cameras.y_steps.astype(np.float32)
+    drift, variance = np.empty((2, 2, height, width), np.float32)
+
+    def look(first: int, last: int) -> None:
+        _look(
+            splines, slope_px.shape[0], slope_px.shape[1], centre, slope, start, xs, ys,
+            cameras.reference, rows, columns, np.float32(1 / doubt), radius, first, last, framed,
+        )  # fmt: skip
+
+    def solve(first: int, last: int) -> None:
+        _solve(
+            framed, slopes, taps, nearness, radius, np.float32(1 / gate_px),
+            np.float32(least_tilt**2), first, last, drift, variance,
+        )  # fmt: skip
+
+    run_in_bands(look, height)
+    run_in_bands(solve, height)
+    return drift if _hold_back(drift, variance) else None
+
+
+def _hold_back(drift: NDArray[np.float32], variance: NDArray[np.float32]) -> bool:
+    """Shrink each axis of a drift in place; tell whether anything is left of it."""
+    is_there = False
+    for found, chance in zip(drift, variance, strict=True):
+        power, by_chance = float((found * found).mean()), float(chance.mean())
+        if power > _CLEARLY * by_chance:
+            there = np.float32(power - by_chance)
+            found *= there / (there + chance)
+            is_there = True
+        else:
+            found[:] = np.float32(0)
+    return is_there
+
+
+def drift_of_all(drift: NDArray[np.float32] | None) -> NDArray[np.float32]:
+    """Return a drift as kernels take it: an empty array for none."""
+    return np.empty((2, 0, 0), np.float32) if drift is None else drift
+
+
+@kernel()
+def light_of(
+    grey: NDArray[np.float32],
+    drift: NDArray[np.float32],
+    v: int,
+    x_step: np.float32,
+    y_step: np.float32,
+    lit: NDArray[np.float32],
+) -> None:
+    """Fill in what a view shows of row v of the reference, both (W,); `drift` may be empty."""
+    if drift.shape[1] == 0:  # nothing drifts
+        lit[:] = grey
+    else:
+        along, down = drift[0, v], drift[1, v]
+        for u in range(len(grey)):
+            lit[u] = grey[u] + x_step * along[u] + y_step * down[u]
+
+
+@kernel()
+def _look(
+    splines: NDArray[np.float32],
+    full_height: int,
+    full_width: int,
+    centre: NDArray[np.float32],
+    slope: NDArray[np.float32],
+    start: NDArray[np.float32],
+    x_steps: NDArray[np.float32],
+    y_steps: NDArray[np.float32],
+    reference: int,
+    rows: NDArray[np.float32],
+    columns: NDArray[np.float32],
+    per_doubt: np.float32,
+    frame: int,
+    first: int,
+    last: int,
+    framed: NDArray[np.float32],
+) -> None:
+    """Sum over the views what each point of the grid says of drift and slope."""
+    width = len(columns)
+    here, grey, tilt, seen, lit = (
+        np.empty(width, np.float32),
+        np.empty(width, np.float32),
+        np.empty(width, np.float32),
+        np.empty(width, np.float32),
+        np.empty(width, np.float32),
+    )
+    one = np.float32(1)
+    for v in range(first, last):
+        here[:] = rows[v]
+        sums = framed[:, v + frame, frame : frame + width]
+        xx, xy, yy, xj, yj = sums[0], sums[1], sums[2], sums[3], sums[4]
+        xg, yg, jj, jg = sums[5], sums[6], sums[7], sums[8]
+        for i in range(len(splines)):
+            if i == reference:
+                continue
+            x, y = x_steps[i], y_steps[i]
+            sample_points(
+                splines[i], full_height, full_width, columns, here, slope[v], x, y, grey, tilt, seen
+            )
+            light_of(centre[v], start, v, x, y, lit)
+            for u in range(width):
+                left = (grey[u] - lit[u]) * per_doubt
+                w = seen[u] / (one + left * left)
+                g, j = grey[u] - centre[v, u], tilt[u]
+                xx[u] += w * x * x
+                xy[u] += w * x * y
+                yy[u] += w * y * y
+                xj[u] += w * x * j
+                yj[u] += w * y * j
+                xg[u] += w * x * g
+                yg[u] += w * y * g
+                jj[u] += w * j * j
+                jg[u] += w * j * g
+        for u in range(width):
+            sums[9, u], sums[10, u], sums[11, u] = xg[u] * xg[u], xg[u] * xx[u], xx[u] * xx[u]
+            sums[12, u], sums[13, u], sums[14, u] = yg[u] * yg[u], yg[u] * yy[u], yy[u] * yy[u]
+
+
+@kernel()
+def _solve(
+    framed: NDArray[np.float32],
+    slopes: NDArray[np.float32],
+    taps: NDArray[np.int64],
+    nearness: NDArray[np.float32],
+    frame: int,
+    per_gate: np.float32,
+    least: np.float32,
+    first: int,
+    last: int,
+    drift: NDArray[np.float32],
+    variance: NDArray[np.float32],
+) -> None:
+    """Sum over each window, eliminate the error of the slope, solve for the drift."""
+    width = drift.shape[2]
+    one, zero, two = np.float32(1), np.float32(0), np.float32(2)
+    sums, gate = np.empty((_SUMS + _SPREADS, width), np.float32), np.empty(width, np.float32)
+    for v in range(first, last):
+        sums[:] = zero
+        here = slopes[v + frame, frame : frame + width]
+        for k in range(len(taps)):
+            row, column = v + frame + taps[k, 0], frame + taps[k, 1]
+            there = slopes[row, column : column + width]
+            for u in range(width):
+                apart = (there[u] - here[u]) * per_gate
+                like = max(one - apart * apart, zero)
+                gate[u] = like * like * nearness[k]
+            for s in range(_SUMS + _SPREADS):
+                if s == _SUMS:  # variances go by squared weights
+                    for u in range(width):
+                        gate[u] *= gate[u]
+                total, point = sums[s], framed[s, row, column : column + width]
+                for u in range(width):
+                    total[u] += gate[u] * point[u]
+        for u in range(width):
+            xj, yj, jg, jj = sums[3, u], sums[4, u], sums[8, u], sums[7, u] + least
+            xx, yy = sums[0, u] - xj * xj / jj, sums[2, u] - yj * yj / jj
+            xy = sums[1, u] - xj * yj / jj
+            xg, yg = sums[5, u] - xj * jg / jj, sums[6, u] - yj * jg / jj
+            # A tiny share keeps an axis without any views at zero.
+            tiny = np.float32(1e-4) * (sums[0, u] + sums[2, u]) + np.float32(1e-9)
+            xx, yy = xx + tiny, yy + tiny
+            det = xx * yy - xy * xy
+            along, down = (xg * yy - yg * xy) / det, (yg * xx - xg * xy) / det
+            drift[0, v, u], drift[1, v, u] = along, down
+            apart = sums[9, u] - two * along * sums[10, u] + along * along * sums[11, u]
+            variance[0, v, u] = _TOGETHER * max(apart, zero) / (xx * xx)
+            apart = sums[12, u] - two * down * sums[13, u] + down * down * sums[14, u]
+            variance[1, v, u] = _TOGETHER * max(apart, zero) / (yy * yy)
