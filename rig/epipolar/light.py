@@ -11,11 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.smooth_field import DOUBT, HELD, TERMS, basis, values_everywhere
+from rig.epipolar.smooth_field import (
+    DOUBT,
+    HELD,
+    TERMS,
+    basis,
+    coarse_rms,
+    normal_equations,
+    values_everywhere,
+)
 
 Float = NDArray[np.float64]
 
-_ROUNDS = 6
+_ROUNDS = 4
 _GAIN_SHARE, _OFFSET_SHARE = 0.15, 0.1
 """Expected size of the fields of gain and offset, as shares of the mean grey value, 1 sigma."""
 _SURE = 4.0
@@ -69,8 +77,11 @@ def fit_light(
     if len(grey) <= 2 * TERMS:
         return None
     level = max(float(np.mean(np.abs(target))), 1e-6)
-    places = basis(x_px, y_px, shape)
     grey = gain * grey + offset
+    usual = 1.4826 * float(np.median(np.abs(target - grey)))
+    if coarse_rms(x_px, y_px, target - grey, shape) < _NOTICEABLE * usual:
+        return None
+    places = basis(x_px, y_px, shape)
     design = np.hstack([places * (grey / level)[:, None], places])
     expected = np.concatenate([_GAIN_SHARE * level * HELD, _OFFSET_SHARE * level * HELD])
     prior = np.diag(1.0 / expected**2)
@@ -101,6 +112,6 @@ def _fit(design: Float, left: Float, prior: Float) -> tuple[Float, float]:
         rest = left - design @ found
         scatter = max(1.4826 * float(np.median(np.abs(rest))), 1e-6)
         weight = 1.0 / (1.0 + (rest / (DOUBT * scatter)) ** 2) / scatter**2
-        normal = (design * weight[:, None]).T @ design + prior
-        found = np.linalg.solve(normal, design.T @ (weight * left))
+        normal, right = normal_equations(design, weight, left)
+        found = np.linalg.solve(normal + prior, right)
     return np.asarray(found, np.float64), scatter

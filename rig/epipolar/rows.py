@@ -22,7 +22,7 @@ from rig.epipolar.patches import (
     most_distinct_near,
 )
 from rig.epipolar.row_errors import RowErrors
-from rig.epipolar.smooth_field import SmoothField, fit_field, is_worth_it
+from rig.epipolar.smooth_field import SmoothField, coarse_rms, fit_field, is_worth_it
 from rig.epipolar.window import Cameras
 
 Float = NDArray[np.float64]
@@ -31,7 +31,7 @@ Map = NDArray[np.float32]
 _EXPECTED_PX = 3.0
 _NOTICEABLE_PX = 0.05
 """Rows that meet to this are left as they are: so far tracked patches themselves are off."""
-_SURE = 4.0
+_SURE, _AT_A_GLANCE = 4.0, 0.8
 _PATCHES, _FEWEST = 2400, 40
 """Begun, over all views; and found in one."""
 _SMALLEST_CELL_PX = 5
@@ -126,6 +126,10 @@ def _by_slope(found: Patches, sigma: Float, x: Float, y: Float) -> Float:
 def _judged(
     found: Patches, steps: tuple[float, float], shape: tuple[int, int]
 ) -> tuple[SmoothField | None, float, str]:
+    along, _ = directions(*steps)
+    x, y = found.columns + along[0] * found.along_px, found.rows + along[1] * found.along_px
+    if coarse_rms(x, y, found.across_px, shape) < _AT_A_GLANCE * _NOTICEABLE_PX:
+        return None, 0.0, ""
     measured = _measured(found, steps)
     if not is_worth_it(*measured, shape, _EXPECTED_PX, sure=_SURE):
         return None, 0.0, ""

@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 _DEGREE = 4
-_ROUNDS = 8
+_ROUNDS = 5
 DOUBT = 2.4
 """Cauchy scale over the scatter of what is fitted."""
 _FOLDS = 2
+_CELLS, _FEWEST_IN_CELL = 4, 5
+_AT_ONCE = 64
 
 
 def _degrees() -> list[tuple[int, int]]:
@@ -102,10 +104,46 @@ def fit_field(
         scale = 1.4826 * float(np.median(np.abs(rest))) if len(rest) else 1.0
         scale = max(scale, 1e-6)
         held = weight / (1.0 + (rest / (DOUBT * scale)) ** 2) / scale**2
-        covariance = np.linalg.inv((design * held[:, None]).T @ design + prior)
-        found = covariance @ (design.T @ (held * values))
+        normal, right = normal_equations(design, held, values)
+        covariance = np.linalg.inv(normal + prior)
+        found = covariance @ right
     middle = float(np.median(np.maximum(sigmas, 1e-9))) if len(sigmas) else 0.0
     return SmoothField(found, shape, np.asarray(covariance, np.float64), scale * middle)
+
+
+def coarse_rms(x_px: Float, y_px: Float, values: Float, shape: tuple[int, int]) -> float:
+    """Size of what varies over the picture, at a glance: rms of the medians of its cells.
+
+    Args:
+        x_px: columns, (N,).
+        y_px: rows, (N,).
+        values: (N,).
+        shape: height and width of the pictures.
+    """
+    column = np.clip((_CELLS * x_px / shape[1]).astype(int), 0, _CELLS - 1)
+    row = np.clip((_CELLS * y_px / shape[0]).astype(int), 0, _CELLS - 1)
+    cell = row * _CELLS + column
+    medians = [
+        float(np.median(inside))
+        for k in range(_CELLS**2)
+        if len(inside := values[cell == k]) >= _FEWEST_IN_CELL
+    ]
+    return float(np.sqrt(np.mean(np.square(medians)))) if medians else 0.0
+
+
+def normal_equations(design: Float, weight: Float, values: Float) -> tuple[Float, Float]:
+    """Weighted normal matrix and right side of a design (N, A) and values (N,).
+
+    In small parts, for which the linear algebra library starts no threads: they would wait for
+    cores that others use, and add up in an order of their own.
+    """
+    normal, right = np.zeros((design.shape[1],) * 2), np.zeros(design.shape[1])
+    weighted = design * weight[:, None]
+    for start in range(0, len(design), _AT_ONCE):
+        part = slice(start, start + _AT_ONCE)
+        normal += weighted[part].T @ design[part]
+        right += weighted[part].T @ values[part]
+    return normal, right
 
 
 def is_worth_it(
