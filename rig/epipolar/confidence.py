@@ -53,6 +53,8 @@ class Evidence:
     """(H, W) slopes at a jump beside those."""
     rival_px: Map
     """(H, W) second slopes that explain the views as well, NaN for none."""
+    drift_variance: Map | None = None
+    """(H, W) of the slopes, by light that changes with the view; None where none does."""
     is_misled: bool = False
     """Whether the hypothesis that the slopes were searched around is wrong altogether."""
 
@@ -98,6 +100,8 @@ def judge(
         r = slice(start, stop)
         total = np.maximum(evidence.misfit[r], np.float32(1)) * evidence.variance[r]
         total += (start_px * kept[r]) ** 2 + side_px[r] ** 2 + miss
+        if evidence.drift_variance is not None:
+            total += evidence.drift_variance[r]
         apart = evidence.rival_px[r] - slope[r]
         total += np.where(np.isfinite(apart), apart * apart, np.float32(0))
         np.minimum(np.sqrt(total), blind_px, out=sigma[r])

@@ -32,6 +32,7 @@ def contested(
     rival_px: Map,
     cameras: Cameras,
     scales: Scales,
+    grey: Map,
     drift: Map | None = None,
 ) -> NDArray[np.bool_]:
     """Pixels whose rival fits as well within the noise, (H, W).
@@ -42,6 +43,7 @@ def contested(
         rival_px: (H, W) second slopes, NaN for none.
         cameras: where the views stand.
         scales: grey scales of the images.
+        grey: (H, W) reference view.
         drift: (2, H, W) light that changes with the view, see `rig.epipolar.drift`; None for none.
     """
     shape = (slope_px.shape[0], slope_px.shape[1])
@@ -51,7 +53,7 @@ def contested(
         return np.zeros(shape, np.bool_)
     v, u = rows[there].astype(np.float32), columns[there].astype(np.float32)
     own, other = slope_px[rows[there], columns[there]], rival_px[rows[there], columns[there]]
-    variance = np.float32(2.0 * scales.doubt**2)
+    variance = _variance(grey, scales)[rows[there], columns[there]]
     light = None if drift is None else drift[:, rows[there], columns[there]]
     gap = np.zeros(rows.shape, np.float32)
     gap[there] = _badness(splines, shape, cameras, u, v, other, variance, light)
@@ -64,6 +66,19 @@ def contested(
     return grown.astype(np.bool_)
 
 
+def _variance(grey: Map, scales: Scales) -> Map:
+    """Of the difference of two views that show the same, (H, W).
+
+    What lines miss each other by counts where the grey value is steep: a plain wall has only noise.
+    """
+    power = sum(
+        np.square(cv2.Sobel(grey, cv2.CV_32F, axis, 1 - axis, ksize=3, scale=0.125))
+        for axis in (0, 1)
+    )
+    miss_px = np.float32(np.hypot(scales.start_error_px, scales.misfit_px))
+    return np.float32(2.0 * scales.noise**2) + np.square(miss_px) * np.asarray(power, np.float32)
+
+
 def _badness(
     splines: Map,
     shape: tuple[int, int],
@@ -71,7 +86,7 @@ def _badness(
     columns: Map,
     rows: Map,
     slope_px: Map,
-    variance: np.float32,
+    variance: Map,
     light: Map | None,
 ) -> Map:
     """Sum over the axes of what the better half differs by, squared over its variance, (N,)."""

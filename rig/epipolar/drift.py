@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from rig.epipolar.drift_fit import fit_drift
 from rig.epipolar.first_match import FirstMatch
+from rig.epipolar.rank import mean
 from rig.epipolar.sampling import pad
 from rig.epipolar.scales import Scales, measure_scales
 from rig.epipolar.search import search
@@ -30,6 +31,9 @@ _GATE_LABELS = 6.0
 _DOUBT = 2.0
 """Cauchy scale, in that of the line fit: grey values differ by the drift that is still unknown."""
 _SLOPE_ERROR_LABELS = 1.0
+_JOINED_RADIUS_PX = 3
+"""Neighbours that share a slope: half the window of `stitch`, in which like ones count most, and
+over which a drift is not quite the same."""
 
 
 def coarse_drift(
@@ -54,13 +58,12 @@ def coarse_drift(
     small = shrink(images, first.factor)
     scales = measure_scales(small, cameras.reference)
     splines = pad(small, cameras.x_steps, cameras.y_steps)
-    drift = _fit(small, splines, first.slope_px, None, cameras, scales, 1, _COARSE_RADIUS_PX)
-    if drift is not None and not first.is_told:
-        slope_px = search(
-            small, cameras, window.shrunk(first.factor), scales, splines, drift
-        ).slope_px
-        drift = _fit(small, splines, slope_px, drift, cameras, scales, 1, _COARSE_RADIUS_PX)
-    return None if drift is None else _spread(drift, first.factor, images.shape[1:])
+    told = _fit(small, splines, first.slope_px, None, cameras, scales, 1, _COARSE_RADIUS_PX)
+    if told is not None and not first.is_told:
+        drift, narrow = told[0], window.shrunk(first.factor)
+        slope_px = search(small, cameras, narrow, scales, splines, drift).slope_px
+        told = _fit(small, splines, slope_px, drift, cameras, scales, 1, _COARSE_RADIUS_PX)
+    return None if told is None else _spread(told[0], first.factor, images.shape[1:])
 
 
 def local_drift(
@@ -70,8 +73,8 @@ def local_drift(
     before: NDArray[np.float32],
     cameras: Cameras,
     scales: Scales,
-) -> NDArray[np.float32] | None:
-    """Tell a drift (2, H, W) closer where the slopes are known, or None as in `coarse_drift`.
+) -> tuple[NDArray[np.float32], NDArray[np.float32]] | None:
+    """Tell a drift closer where the slopes are known, or None as in `coarse_drift`.
 
     Args:
         images: (V, H, W) equalised grey values.
@@ -80,9 +83,42 @@ def local_drift(
         before: (2, H, W) the drift as it is known so far.
         cameras: where the views stand.
         scales: grey scales of the images.
+
+    Returns:
+        Drift and its variance, (2, H, W) each.
     """
-    drift = _fit(images, splines, slope_px, before, cameras, scales, _STRIDE_PX, _RADIUS)
-    return None if drift is None else _spread(drift, _STRIDE_PX, slope_px.shape)
+    told = _fit(images, splines, slope_px, before, cameras, scales, _STRIDE_PX, _RADIUS)
+    if told is None:
+        return None
+    # What windows take from a drift that bends is about what they would take from it once more.
+    for drift, variance in zip(*told, strict=True):
+        lost = drift - mean(drift, _RADIUS)
+        variance += mean(lost * lost, _RADIUS)
+    drift, variance = (_spread(part, _STRIDE_PX, slope_px.shape) for part in told)
+    return drift, variance
+
+
+def variance_of_slopes(
+    variance: NDArray[np.float32], grey: NDArray[np.float32], cameras: Cameras
+) -> NDArray[np.float32]:
+    """Variance that an uncertain drift gives the slopes that neighbours share, (H, W).
+
+    What is unknown of the drift is common to all of them, and passes through the normal equations
+    of their lines: where grey slopes of both signs meet, it cancels.
+
+    Args:
+        variance: (2, H, W) of the drift.
+        grey: (H, W) reference view.
+        cameras: where the views stand.
+    """
+    spread = np.cov(cameras.x_steps, cameras.y_steps, bias=True).astype(np.float32)
+    steep = [cv2.Sobel(grey, cv2.CV_32F, axis, 1 - axis, ksize=1, scale=0.5) for axis in (1, 0)]
+    across, down = np.asarray(steep[0]), np.asarray(steep[1])
+    along_row, along_column = (s[0] * across + s[1] * down for s in spread)
+    known = mean(along_row * across + along_column * down, _JOINED_RADIUS_PX)
+    total = variance[0] * mean(along_row, _JOINED_RADIUS_PX) ** 2
+    total += variance[1] * mean(along_column, _JOINED_RADIUS_PX) ** 2
+    return total / np.maximum(known * known, np.float32(1e-12))
 
 
 def _fit(
@@ -94,7 +130,7 @@ def _fit(
     scales: Scales,
     stride_px: int,
     radius: int,
-) -> NDArray[np.float32] | None:
+) -> tuple[NDArray[np.float32], NDArray[np.float32]] | None:
     return fit_drift(
         splines, images[cameras.reference], slope_px, before, cameras,
         stride_px=stride_px,

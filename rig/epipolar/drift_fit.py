@@ -13,14 +13,20 @@ from numpy.typing import NDArray
 
 from rig.epipolar.bands import run_in_bands
 from rig.epipolar.kernel import kernel
+from rig.epipolar.rank import quantile
 from rig.epipolar.sampling import sample_points
 from rig.epipolar.window import Cameras
 
 _SUMS, _SPREADS = 9, 6
 _TOGETHER = np.float32(5.0)
 """Neighbouring points whose grey values vary as one: what they say counts once."""
+_SHARE, _CHI_SQUARE = 0.9, 2.71
+"""Quantile of chi square with one degree of freedom: single windows that match wrongly seem to
+drift a lot, and would make most of a mean."""
 _CLEARLY = 2.0
-"""Power of a drift over that of chance from which it is believed: 0.2-1.2 without, 3-60 with."""
+"""That quantile over what chance has from which a drift is believed: 0.3-1.4 without, 12-28 with
+it."""
+_HALVINGS = 20
 _NO_SLOPE = np.float32(1e6)
 """Slope of what lies outside the picture: like no slope inside."""
 
@@ -37,12 +43,14 @@ def fit_drift(
     gate_px: float,
     doubt: float,
     least_tilt: float,
-) -> NDArray[np.float32] | None:
+) -> tuple[NDArray[np.float32], NDArray[np.float32]] | None:
     """Fit the drift of the points of a grid.
 
     What the windows of a picture find is held back by how much chance alone would let them find:
     the empirical Bayes estimate of W. James and C. Stein, "Estimation with quadratic loss" (4th
-    Berkeley Symposium, 1961).
+    Berkeley Symposium, 1961), where the expected size is the one that makes the sum of chance and
+    drift fit what is found, as in R. C. Paule and J. Mandel, "Consensus values and weighting
+    factors" (J. Res. Natl. Bur. Stand. 87, 1982).
 
     Args:
         splines: what `rig.epipolar.sampling.pad` makes of the equalised views.
@@ -58,8 +66,9 @@ def fit_drift(
             slope, grey per (px per view step).
 
     Returns:
-        (2, h, w) drift along the row and along the column, grey per view step, at every
-        `stride_px`-th pixel from `stride_px // 2` on; None where there is none but by chance.
+        Drift along the row and along the column, grey per view step, and its variance, (2, h, w)
+        each, at every `stride_px`-th pixel from `stride_px // 2` on; None where there is none but
+        by chance.
     """
     thin = slice(stride_px // 2, None, stride_px)
     slope, centre = (np.ascontiguousarray(each[thin, thin]) for each in (slope_px, grey))
@@ -92,21 +101,33 @@ def fit_drift(
 
     run_in_bands(look, height)
     run_in_bands(solve, height)
-    return drift if _hold_back(drift, variance) else None
+    return (drift, variance) if _hold_back(drift, variance) else None
 
 
 def _hold_back(drift: NDArray[np.float32], variance: NDArray[np.float32]) -> bool:
-    """Shrink each axis of a drift in place; tell whether anything is left of it."""
+    """Shrink each axis of a drift and its variance in place; tell whether anything is left."""
     is_there = False
     for found, chance in zip(drift, variance, strict=True):
-        power, by_chance = float((found * found).mean()), float(chance.mean())
-        if power > _CLEARLY * by_chance:
-            there = np.float32(power - by_chance)
-            found *= there / (there + chance)
-            is_there = True
-        else:
-            found[:] = np.float32(0)
+        there = np.float32(_expected_variance(found * found, chance))
+        share = there / np.maximum(there + chance, np.float32(1e-12))
+        found *= share
+        chance *= share
+        is_there |= bool(there > 0)
     return is_there
+
+
+def _expected_variance(square: NDArray[np.float32], chance: NDArray[np.float32]) -> float:
+    """Variance of a drift of which squares (h, w) are found, each with an error by chance."""
+    tiny = np.float32(1e-12)
+    if quantile((square / (chance + tiny)).ravel(), _SHARE) <= _CLEARLY * _CHI_SQUARE:
+        return 0.0
+    low, high = 0.0, float(square.max())
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        expected = chance + np.float32(middle) + tiny
+        is_small = quantile((square / expected).ravel(), _SHARE) > _CHI_SQUARE
+        low, high = (middle, high) if is_small else (low, middle)
+    return 0.5 * (low + high)
 
 
 def drift_of_all(drift: NDArray[np.float32] | None) -> NDArray[np.float32]:

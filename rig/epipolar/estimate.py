@@ -11,7 +11,7 @@ from rig.epipolar.confidence import Evidence, contradicted, judge
 from rig.epipolar.contest import contested
 from rig.epipolar.cross_check import is_one_sided
 from rig.epipolar.cross_noise import measure_cross_noise
-from rig.epipolar.drift import coarse_drift, local_drift
+from rig.epipolar.drift import coarse_drift, local_drift, variance_of_slopes
 from rig.epipolar.first_match import FirstMatch
 from rig.epipolar.fitting import fit_together
 from rig.epipolar.line import LineFits, fit_lines
@@ -116,8 +116,10 @@ def estimate_slopes(
         mending = replace(mending, noise=_closer_noise(ready, slope))
     cross = mending.noise or CrossNoise()
     scales = replace(scales, misfit_px=cross.misfit_px)
+    drift_variance = None
     if drift is not None:
-        drift = local_drift(images, splines, slope, drift, cameras, scales)
+        told = local_drift(images, splines, slope, drift, cameras, scales)
+        drift, drift_variance = (None, None) if told is None else told
     slope = window.hold(choose_sides(splines, grey, slope, movable, cameras, scales, drift))
     covered, hidden = hidden_points(
         slope, cameras.x_steps, cameras.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px
@@ -144,7 +146,9 @@ def estimate_slopes(
         placement = None
     variance *= np.float32(pooled_share(grey, scales, _STITCH_STRIDE_PX, cross.likeness))
     rival_px = found.rival_px
-    rival_px[~contested(splines, slope, rival_px, cameras, scales, drift)] = np.nan
+    rival_px[~contested(splines, slope, rival_px, cameras, scales, grey, drift)] = np.nan
+    if drift_variance is not None:
+        drift_variance = variance_of_slopes(drift_variance, grey, cameras)
     evidence = Evidence(
         lines=lines,
         variance=variance,
@@ -155,6 +159,7 @@ def estimate_slopes(
         unshared=found.unshared,
         beside_unshared=_beside(found.unshared, slope, cameras),
         rival_px=rival_px,
+        drift_variance=drift_variance,
         is_misled=ready.effort is Effort.FOLLOWED and _is_misled(lines, window, cameras),
     )
     judged = judge(slope, evidence, cameras.step_px, slope_range_px, warnings)

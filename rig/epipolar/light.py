@@ -26,9 +26,10 @@ Float = NDArray[np.float64]
 _ROUNDS = 4
 _GAIN_SHARE, _OFFSET_SHARE = 0.15, 0.1
 """Expected size of the fields of gain and offset, as shares of the mean grey value, 1 sigma."""
-_SURE = 4.0
-_NOTICEABLE = 0.25
-"""Field over the scatter of single pixels below which light counts as the same."""
+_SURE, _AT_A_GLANCE = 4.0, 0.8
+_NOTICEABLE, _NOTICEABLE_SHARE = 0.5, 0.006
+"""Field over the scatter of single pixels, and over the mean grey value, below which light counts
+as the same: gloss alone makes that much."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +80,8 @@ def fit_light(
     level = max(float(np.mean(np.abs(target))), 1e-6)
     grey = gain * grey + offset
     usual = 1.4826 * float(np.median(np.abs(target - grey)))
-    if coarse_rms(x_px, y_px, target - grey, shape) < _NOTICEABLE * usual:
+    least = max(_NOTICEABLE * usual, _NOTICEABLE_SHARE * level)
+    if coarse_rms(x_px, y_px, target - grey, shape) < _AT_A_GLANCE * least:
         return None
     places = basis(x_px, y_px, shape)
     design = np.hstack([places * (grey / level)[:, None], places])
@@ -98,7 +100,7 @@ def fit_light(
         return None
     found, scatter = _fit(design, left, prior)
     rms_levels = float(np.sqrt(np.mean((design @ found) ** 2)))
-    if rms_levels < _NOTICEABLE * scatter:
+    if rms_levels < max(_NOTICEABLE * scatter, _NOTICEABLE_SHARE * level):
         return None
     times, added = found[:TERMS] / level, found[TERMS:]
     # Of grey values before gain and offset.

@@ -11,6 +11,8 @@ from rig.epipolar.smooth_field import SmoothField
 
 Float = NDArray[np.float64]
 
+_PATCH_SIGMA_PX = 0.05
+
 
 @dataclass(frozen=True)
 class RowErrors:
@@ -37,8 +39,12 @@ class RowErrors:
 
     @property
     def scatter_px(self) -> float:
-        """What patches of the worst view are off by once mended, 1 sigma; 0 where rows meet."""
-        return max((one.scatter for one in self.fields if one is not None), default=0.0)
+        """What patches of the worst view are off by once mended, 1 sigma; 0 where rows meet.
+
+        Without what every patch is off by.
+        """
+        worst = max((one.scatter for one in self.fields if one is not None), default=0.0)
+        return max(worst**2 - _PATCH_SIGMA_PX**2, 0.0) ** 0.5
 
     def mended(self, images: NDArray[np.generic]) -> NDArray[np.generic]:
         """Bring pictures (V, H, W) onto their lines; as they are where all rows meet.

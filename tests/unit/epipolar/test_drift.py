@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar import RectifiedViews, SlopePrior, estimate_slopes
-from rig.epipolar.drift import coarse_drift, local_drift
+from rig.epipolar.drift import coarse_drift, local_drift, variance_of_slopes
 from rig.epipolar.first_match import first_match
 from rig.epipolar.sampling import pad
 from rig.epipolar.scales import measure_scales
@@ -79,7 +79,7 @@ def test_the_drift_is_found_and_only_on_the_axis_that_has_it() -> None:
     splines, scales = pad(images, _ALONG, _DOWN), measure_scales(images, 0)
     closer = local_drift(images, splines, _SLOPE_PX.astype(np.float32), found, _CAMERAS, scales)
     assert closer is not None
-    for drift, limit in ((found, 0.15), (closer, 0.08)):
+    for drift, limit in ((found, 0.15), (closer[0], 0.08)):
         assert np.sqrt(np.mean((drift[1] - _lobe()) ** 2)) < limit
         assert np.sqrt(np.mean(drift[0] ** 2)) < 0.05
 
@@ -95,3 +95,19 @@ def test_a_pair_has_no_drift() -> None:
     images = _frames(1.0)[[0, 3]].astype(np.float32)
     window = window_of(_SHAPE, _RANGE_PX, None)
     assert coarse_drift(images, cameras, window, first_match(images, cameras, window)) is None
+
+
+def test_an_uncertain_drift_makes_slopes_uncertain_where_texture_does_not_tell_them_apart() -> None:
+    variance = np.zeros((2, 40, 60), np.float32)
+    variance[1] = 0.04
+    v = np.mgrid[0:40, 0:60][0].astype(np.float32)
+    ramp, stripes = 5 * v, 10 * np.sin(2 * np.pi * v / 7).astype(np.float32)
+    one_way, both_ways = (variance_of_slopes(variance, g, _CAMERAS)[8:-8] for g in (ramp, stripes))
+    assert np.allclose(np.sqrt(one_way), 0.2 / 5, rtol=1e-3)
+    assert np.sqrt(both_ways).max() < 0.1 * 0.2 / 5
+
+
+def test_sigma_covers_what_is_unknown_of_the_drift() -> None:
+    found = estimate_slopes(RectifiedViews(_frames(1.0), _ALONG, _DOWN, 0), _RANGE_PX)
+    ratio = (np.abs(found.slope_px - _SLOPE_PX) / found.sigma_px)[8:-8, 8:-8]
+    assert 0.5 < 1.4826 * np.nanmedian(ratio) < 1.3
