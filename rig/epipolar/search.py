@@ -39,6 +39,7 @@ _COARSE_MEDIAN_RADIUS_PX = 3
 _FULL_MISMATCH, _TEXTURE_MISMATCH, _EDGE = 1.7, 0.7, 4.0
 _ONE_SIDED_SHIFT_PX, _SOFT_PX = 1.0, 0.6
 _ONE_SIDED_STEP_PENALTY, _ONE_SIDED_JUMP_PENALTIES = 45, (90.0, 180.0)
+_GREY_MISMATCH = 1.0
 _LARGEST_VOLUME = 8e7
 """Costs up to which a pair is searched at full size: three bytes each."""
 _COARSE_STEP_PENALTY, _COARSE_JUMP_PENALTIES = 15, (20.0, 120.0)
@@ -117,7 +118,7 @@ def search(
     """
     wide, effort = _is_wide(window, cameras), effort_of(cameras, window)
     if effort is not Effort.FOLLOWED and is_one_sided(cameras):
-        found = _search_one_sided(images, cameras, window)
+        found = _search_one_sided(images, cameras, window, scales)
         slope_px = np.where(wide, found.slope_px, window.expected_px)
         rival_px = np.where(wide, found.rival_px, np.float32(np.nan))
         return Found(slope_px, rival_px, found.unshared & wide)
@@ -139,7 +140,9 @@ def search(
             return Found.alone(window.expected_px)
 
 
-def _search_one_sided(images: NDArray[np.float32], cameras: Cameras, window: Window) -> Found:
+def _search_one_sided(
+    images: NDArray[np.float32], cameras: Cameras, window: Window, scales: Scales
+) -> Found:
     """Search where no spare half sees what is hidden: at full size, along eight paths.
 
     With few views one cost is a weak witness. More paths and softer texture take the place of the
@@ -159,6 +162,12 @@ def _search_one_sided(images: NDArray[np.float32], cameras: Cameras, window: Win
     steps = cameras.x_steps, cameras.y_steps
     mismatch = _FULL_MISMATCH * texture_levels(centres)
     costs = sweep_costs(raised, *steps, cameras.reference, labels, mismatch, centres)
+    if scales.misfit_px == 0 and not scales.is_alike and factor == 1:
+        # Views that differ by no more than noise can be compared as they are, too.
+        own = sweep_costs(
+            small, *steps, cameras.reference, labels, _GREY_MISMATCH * scales.truncation
+        )
+        average(costs, own)
     penalties = _fading(small[cameras.reference], *_ONE_SIDED_JUMP_PENALTIES)
     total = aggregate(costs, *penalties, _ONE_SIDED_STEP_PENALTY)
     add_diagonals(costs, *penalties, _ONE_SIDED_STEP_PENALTY, total)
