@@ -29,8 +29,6 @@ _SAMPLED_POWER = 0.75
 """Mean power of white noise in a sample between pixels (cubic B-spline) over that on a pixel."""
 _CLEAR, _SEEN_SHARE = 4.0, 0.25
 _USUAL = 1.3
-_LEAST_RATIO = 1.25
-"""Below it the picture told its own noise."""
 _LEAST_MISFIT_PX = 0.15
 """Below it lines meet."""
 
@@ -82,7 +80,7 @@ def measure_cross_noise(
     scatter, steep, expected = scatter[used], steep[used], expected[used]
     parted = _parted(scatter, steep, expected)
     # Blocks at jumps, and wrong ones, are alike in what they show, not in their noise.
-    usual = scatter / (parted.ratio**2 * expected + parted.misfit_px**2 * steep)
+    usual = scatter / (parted.excess**2 * expected + parted.misfit_px**2 * steep)
     clean = usual < _USUAL * np.median(usual)
     return replace(parted, likeness=_likeness(left[:, used][:, clean], scatter[clean]))
 
@@ -145,12 +143,12 @@ def _parted(scatter: Float, steep: Float, expected: Float) -> CrossNoise:
         if np.count_nonzero(clear) >= _FEWEST // 2:
             more = (scatter[rough] - share * expected[rough])[clear] / steep[rough][clear]
             misfit = max(float(np.median(more)), 0.0)
-    ratio, misfit_px = share**0.5, misfit**0.5
+    ratio, misfit_px = max(share, 1e-6) ** 0.5, misfit**0.5
     # Beside much noise, what little the gradients explain may be chance.
     least = _SEEN_SHARE * share * float(np.median(expected[rough]))
     is_seen = misfit * float(np.median(steep[rough])) > least
     return CrossNoise(
-        ratio if ratio > _LEAST_RATIO else 1.0,
+        ratio,
         misfit_px if is_seen and misfit_px > _LEAST_MISFIT_PX else 0.0,
     )
 

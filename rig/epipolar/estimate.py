@@ -42,6 +42,8 @@ _MEDIAN_ROUNDS = {Effort.FOLLOWED: 1, Effort.COARSE: 1, Effort.FULL: 2}
 _JUMP_LABELS = 3.0
 """A pixel whose window is narrower than this cannot change to the other side of a jump."""
 _STITCH_RADIUS_PX, _STITCH_STRIDE_PX = 6, 2
+_MUCH_LESS = 0.8
+"""Noise at the slopes found over that of the first match, from which the first match was wrong."""
 _FROM_ROWS = 0.5
 """Error along a line over that across it: slanted edges turn one into the other."""
 
@@ -100,7 +102,32 @@ def estimate_slopes(
             no view but the reference can be used.
     """
     window = window_of(views.shape, slope_range_px, prior)
-    ready = _prepare(views, window, noise)
+    return _estimate(views, window, slope_range_px, noise, None, trust_places=trust_places)
+
+
+def _estimate(
+    views: RectifiedViews,
+    window: Window,
+    slope_range_px: tuple[float, float],
+    noise: NoiseModel | None,
+    rough_noise: CrossNoise | None,
+    *,
+    trust_places: bool,
+) -> SlopeMap:
+    """Do what `estimate_slopes` says.
+
+    Where the slopes found show much less noise than the first match did, which was wrong then, they
+    are looked for once more.
+
+    Args:
+        views: as they come.
+        window: the slopes to search.
+        slope_range_px: lowest and highest of them.
+        noise: as told.
+        rough_noise: what the views differ by; None to measure it at the first match.
+        trust_places: whether the views are where they are told to be.
+    """
+    ready = _prepare(views, window, noise, rough_noise)
     cameras, scales, mending = ready.cameras, ready.scales, ready.mending
     images, splines, grey = ready.images, ready.splines, ready.images[ready.cameras.reference]
     drift = coarse_drift(images, cameras, window, ready.first)
@@ -113,7 +140,12 @@ def estimate_slopes(
         _, (stitched, _, _) = _refine(images, splines, slope, nowhere, cameras, scales, drift, _FAR)
         slope = window.hold(stitched)
     if mending.noise is None and ready.effort is not Effort.FOLLOWED:
-        mending = replace(mending, noise=_closer_noise(ready, slope))
+        closer = _closer_noise(ready, slope)
+        was_wrong = closer.ratio < _MUCH_LESS * ready.noise.excess
+        if rough_noise is None and ready.noise.excess > 1 and was_wrong:
+            own = CrossNoise()  # what single pictures tell
+            return _estimate(views, window, slope_range_px, noise, own, trust_places=trust_places)
+        mending = replace(mending, noise=closer)
     cross = mending.noise or CrossNoise()
     scales = replace(scales, misfit_px=cross.misfit_px)
     drift_variance = None
@@ -200,7 +232,12 @@ class _Ready:
         return self.effort is not Effort.FOLLOWED and is_one_sided(self.cameras)
 
 
-def _prepare(views: RectifiedViews, window: Window, noise: NoiseModel | None) -> _Ready:
+def _prepare(
+    views: RectifiedViews,
+    window: Window,
+    noise: NoiseModel | None,
+    rough_noise: CrossNoise | None,
+) -> _Ready:
     """Leave out what shows nothing, make the rest fit, and measure its noise."""
     views, warnings = seen_views(views)
     known = noise or views.noise
@@ -216,16 +253,18 @@ def _prepare(views: RectifiedViews, window: Window, noise: NoiseModel | None) ->
     warnings += mending.warnings(views.x_steps, views.y_steps)
     cameras = Cameras(views.x_steps, views.y_steps, views.reference)
     effort, model = effort_of(cameras, window), noise_of(images, grey_step, known)
-    cross = mending.noise or CrossNoise()
-    if mending.noise is None and effort is not Effort.FOLLOWED:
+    cross = mending.noise or rough_noise
+    if cross is None and effort is Effort.FOLLOWED:
+        cross = CrossNoise()
+    elif cross is None:
         rough_px = np.float32(fitted.first.factor) * grow(
             fitted.first.slope_px, fitted.first.factor, views.shape
         )
         cross = measure_cross_noise(images, cameras, rough_px, model)
     images, scales = stabilise(
-        images, views.reference, model.raised(cross.ratio), is_told=known is not None
+        images, views.reference, model.raised(cross.excess), is_told=known is not None
     )
-    scales = replace(scales, misfit_px=cross.misfit_px, is_alike=cross.ratio > 1)
+    scales = replace(scales, misfit_px=cross.misfit_px, is_alike=cross.excess > 1)
     if views.beside_px is not None:
         images = on_their_lines(images, views.beside_px)
     smooth = _smoothed(images, scales.prefilter_px)
@@ -239,7 +278,7 @@ def _closer_noise(ready: _Ready, slope_px: NDArray[np.float32]) -> CrossNoise:
     """Measure what views differ by once more, at slopes (H, W) that are known better."""
     white = NoiseModel(ready.scales.noise, step_levels=0.0)
     closer = measure_cross_noise(ready.sharp, ready.cameras, slope_px, white)
-    return replace(closer, ratio=ready.noise.ratio)
+    return replace(closer, ratio=closer.ratio * ready.noise.excess)
 
 
 def _beside(

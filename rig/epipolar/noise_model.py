@@ -104,16 +104,24 @@ class NoiseModel:
         return self.read_noise_levels**2 + self.step_levels**2 / 12.0
 
 
+_LEAST_RATIO = 1.25
+
+
 @dataclass(frozen=True, slots=True)
 class CrossNoise:
     """How views differ beyond what a single picture tells of its noise."""
 
     ratio: float = 1.0
-    """Noise between the views over that of one picture, 1 or more."""
+    """Noise between the views over that of one picture."""
     misfit_px: float = 0.0
     """By how much lines miss each other in the outermost view, 1 sigma."""
     likeness: Float | None = None
     """(7, 7) correlation of what is left at pixels and at those around; None for white noise."""
+
+    @property
+    def excess(self) -> float:
+        """The ratio where it says more than chance; 1 where the picture told its own noise."""
+        return self.ratio if self.ratio > _LEAST_RATIO else 1.0
 
 
 def estimate_noise(images: Sequence[NDArray[np.float32]], step_levels: float) -> NoiseModel:

@@ -35,6 +35,8 @@ _JUMP_LABELS, _JUMP_RADIUS_PX = 1.5, 4
 _CELLS = 6
 """Cells along the longer side of the picture, over which what is left unexplained is shared."""
 _NOTICEABLE_PX, _SURE, _BETTER = 0.03, 4.0, 2.0
+_SEEN = 3.0
+"""Where no place is off by so many of its sigmas, what no match can know is not off either."""
 """Errors of sampling amount to one or two hundredths of a pixel; how many of its own sigmas the
 error of a place must have, of which gloss and shade that the whole picture shares make up to
 three; and how many of its own the fall of the misfit in the other half."""
@@ -80,6 +82,7 @@ def find_placement(
     distance_px, sigma_px = _distances(fit.found, fit.covariance, lines.slope_px)
     is_misplaced = distance_px > np.maximum(_NOTICEABLE_PX, _SURE * sigma_px)
     is_misplaced &= fit.gain > _BETTER
+    is_seen = bool((distance_px > np.maximum(_NOTICEABLE_PX, _SEEN * sigma_px)).any())
     largest_px = float(np.abs(lines.slope_px).max())
     found, covariance = expect_alike(fit, is_misplaced, cameras.reference, largest_px)
     taken_out = np.where(is_misplaced[:, None], found, 0.0)
@@ -91,7 +94,7 @@ def find_placement(
         distance_px,
         sigma_px,
         is_misplaced,
-        slope_variance(lines, tilt, covariance + np.outer(borne, borne)),
+        slope_variance(lines, tilt, covariance + np.outer(borne, borne)) * is_seen,
     )
 
 

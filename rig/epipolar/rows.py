@@ -37,6 +37,8 @@ _PATCHES, _FEWEST = 2400, 40
 _SMALLEST_CELL_PX = 5
 _SMALL_REACH_PX, _REACH_PX = 2.5, 2.0
 """Farthest that a patch may lie from where the match, and its smaller picture, put it."""
+_SURE_PX = 0.25
+"""Patches that are less sure slide along an edge, or drown in noise."""
 _LEAST_SIGMA_PX = 0.05
 """What a patch is off by however clear it is: sampling, and surfaces that are not square-on."""
 _LEAST_SPREAD_PX = 0.5
@@ -77,6 +79,7 @@ def find_row_errors(images: NDArray[np.generic], cameras: Cameras, first: FirstM
             soft[reference], soft[i], rows, columns, factor * found.along_px,
             factor * found.across_px, steps, _REACH_PX,
         )  # fmt: skip
+        found = found[found.sigma_px < _SURE_PX]
         if len(found.rows) >= _FEWEST:
             fields[i], rms_px[i], worst[i] = _judged(found, steps, shape)
     return RowErrors(tuple(fields), across, rms_px, tuple(worst))
