@@ -136,8 +136,8 @@ def _fit(
         stride_px=stride_px,
         radius=radius,
         gate_px=_GATE_LABELS * cameras.step_px,
-        doubt=_DOUBT * scales.doubt,
-        least_tilt=scales.noise / (_SLOPE_ERROR_LABELS * cameras.step_px),
+        doubt_levels=_DOUBT * scales.doubt,
+        least_tilt_levels=scales.noise / (_SLOPE_ERROR_LABELS * cameras.step_px),
     )  # fmt: skip
 
 

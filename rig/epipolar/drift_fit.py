@@ -41,8 +41,8 @@ def fit_drift(
     stride_px: int,
     radius: int,
     gate_px: float,
-    doubt: float,
-    least_tilt: float,
+    doubt_levels: float,
+    least_tilt_levels: float,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]] | None:
     """Fit the drift of the points of a grid.
 
@@ -61,9 +61,9 @@ def fit_drift(
         stride_px: distance of the points of the grid.
         radius: radius of the round window, points of the grid.
         gate_px: difference of slope from which a neighbour does not count (Tukey biweight).
-        doubt: grey difference beyond which a view is doubted (Cauchy scale).
-        least_tilt: grey slope along the line that a window must have to tell the error of its
-            slope, grey per (px per view step).
+        doubt_levels: grey difference beyond which a view is doubted (Cauchy scale).
+        least_tilt_levels: grey slope along the line that a window must have to tell the error of
+            its slope, grey per (px per view step).
 
     Returns:
         Drift along the row and along the column, grey per view step, and its variance, (2, h, w)
@@ -90,13 +90,14 @@ def fit_drift(
     def look(first: int, last: int) -> None:
         _look(
             splines, slope_px.shape[0], slope_px.shape[1], centre, slope, start, xs, ys,
-            cameras.reference, rows, columns, np.float32(1 / doubt), radius, first, last, framed,
+            cameras.reference, rows, columns, np.float32(1 / doubt_levels), radius, first, last,
+            framed,
         )  # fmt: skip
 
     def solve(first: int, last: int) -> None:
         _solve(
             framed, slopes, taps, nearness, radius, np.float32(1 / gate_px),
-            np.float32(least_tilt**2), first, last, drift, variance,
+            np.float32(least_tilt_levels**2), first, last, drift, variance,
         )  # fmt: skip
 
     run_in_bands(look, height)

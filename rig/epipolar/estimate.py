@@ -62,7 +62,7 @@ class _Found:
 _NEAR = _Found(0.25 * LABEL_SHIFT_PX, mended=0.5)
 _FAR = _Found(0.5 * LABEL_SHIFT_PX, mended=1.0)
 """At full size and at half size."""
-_KNOWN_LABELS, _SURPRISE = 8.0, 0.3
+_KNOWN_LABELS, _SURPRISE = 8.0, 0.5
 """Width of a window that a hypothesis is sure of; and share of such pixels that the views must
 contradict for it to be wrong altogether."""
 _COVERED_LABELS = 1.0

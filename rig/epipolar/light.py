@@ -59,7 +59,7 @@ def fit_light(
     target: Float,
     shape: tuple[int, int],
     gain: float,
-    offset: float,
+    offset_levels: float,
 ) -> LightField | None:
     """Fit what is left of the light between a view and the reference.
 
@@ -70,7 +70,7 @@ def fit_light(
         target: (N,) values of the reference.
         shape: height and width of the pictures, px.
         gain: target = gain * grey + offset, as fitted to all of them.
-        offset: grey levels.
+        offset_levels: see there.
 
     Returns:
         None where the light is the same, or the other half of the pixels does not confirm it.
@@ -78,7 +78,7 @@ def fit_light(
     if len(grey) <= 2 * TERMS:
         return None
     level = max(float(np.mean(np.abs(target))), 1e-6)
-    grey = gain * grey + offset
+    grey = gain * grey + offset_levels
     usual = 1.4826 * float(np.median(np.abs(target - grey)))
     least = max(_NOTICEABLE * usual, _NOTICEABLE_SHARE * level)
     if coarse_rms(x_px, y_px, target - grey, shape) < _AT_A_GLANCE * least:
@@ -104,7 +104,7 @@ def fit_light(
         return None
     times, added = found[:TERMS] / level, found[TERMS:]
     # Of grey values before gain and offset.
-    return LightField(times, (added + offset * times) / gain, rms_levels)
+    return LightField(times, (added + offset_levels * times) / gain, rms_levels)
 
 
 def _fit(design: Float, left: Float, prior: Float) -> tuple[Float, float]:

@@ -106,6 +106,8 @@ def _steepest(
     inner = np.where(clear, steep, np.float32(0))[_BORDER_PX:-_BORDER_PX, _BORDER_PX:-_BORDER_PX]
     cell = max(_SMALLEST_CELL_PX, round((inner.size / _PIXELS) ** 0.5))
     height, width = inner.shape[0] // cell, inner.shape[1] // cell
+    if height == 0 or width == 0:
+        return np.zeros(0, np.intp), np.zeros(0, np.intp)
     cells = inner[: height * cell, : width * cell].reshape(height, cell, width, cell)
     cells = cells.swapaxes(1, 2).reshape(height, width, -1)
     best = cells.argmax(axis=2)

@@ -53,7 +53,9 @@ class Fit:
     right: Float
 
 
-def fit_places(lines: Lines, x_steps: Float, y_steps: Float, reference: int, noise: float) -> Fit:
+def fit_places(
+    lines: Lines, x_steps: Float, y_steps: Float, reference: int, noise_levels: float
+) -> Fit:
     """Fit the places of all views.
 
     Args:
@@ -61,26 +63,26 @@ def fit_places(lines: Lines, x_steps: Float, y_steps: Float, reference: int, noi
         x_steps: (V,) where the views are told to be.
         y_steps: (V,).
         reference: index of the view at (0, 0), which has no error.
-        noise: white noise of the grey values, levels, 1 sigma; its scale is found here.
+        noise_levels: white noise of the grey values, 1 sigma; its scale is found here.
     """
     tilt = lines.tilts(x_steps, y_steps)
     prior = _prior(x_steps, y_steps, reference, float(np.abs(lines.slope_px).max()))
-    first = _solve(lines, lines.seen.astype(np.float64), tilt, prior, noise)
+    first = _solve(lines, lines.seen.astype(np.float64), tilt, prior, noise_levels)
     left = first.left / np.maximum(first.eliminated.root, 1e-12)
     # A grey value and a slope of each pixel take up two of its differences.
     free = np.maximum(lines.seen.sum(axis=1) - 2, 0).sum() / max(int(lines.seen.sum()), 1)
     scatter = 1.4826 * float(np.median(np.abs(left[lines.seen])))
-    noise = max(scatter / max(float(free), 0.1) ** 0.5, 1e-9)
-    weight = lines.seen / (1.0 + (left / (_DOUBT_SIGMAS * noise)) ** 2)
-    last = _solve(lines, weight, tilt, prior, noise)
+    noise_levels = max(scatter / max(float(free), 0.1) ** 0.5, 1e-9)
+    weight = lines.seen / (1.0 + (left / (_DOUBT_SIGMAS * noise_levels)) ** 2)
+    last = _solve(lines, weight, tilt, prior, noise_levels)
     meat = _scatter_of_cells(last.eliminated.root * last.left, lines.design, lines.cells)
-    meat /= (noise**2 * _narrowed(weight[lines.seen])) ** 2
+    meat /= (noise_levels**2 * _narrowed(weight[lines.seen])) ** 2
     expected = float(np.vdot(last.normal, last.bread))
     dispersion = max(float(np.vdot(meat, last.bread)) / expected, 1.0)
     return Fit(
         last.found,
         last.bread @ (meat + prior) @ last.bread,
-        _held_out_gain(lines, last, prior * noise**2),
+        _held_out_gain(lines, last, prior * noise_levels**2),
         last.normal / dispersion,
         last.right / dispersion,
     )

@@ -134,7 +134,7 @@ def _judged(
     if coarse_rms(x, y, found.across_px, shape) < _AT_A_GLANCE * _NOTICEABLE_PX:
         return None, 0.0, ""
     measured = _measured(found, steps)
-    if not is_worth_it(*measured, shape, _EXPECTED_PX, sure=_SURE):
+    if not is_worth_it(*measured, shape, _EXPECTED_PX):
         return None, 0.0, ""
     whole = fit_field(*measured, shape, _EXPECTED_PX)
     x, y = measured[:2]

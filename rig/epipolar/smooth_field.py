@@ -18,7 +18,8 @@ _DEGREE = 4
 _ROUNDS = 5
 DOUBT = 2.4
 """Cauchy scale over the scatter of what is fitted."""
-_FOLDS = 2
+_FOLDS, _SURE = 2, 4.0
+"""And how many of its own standard errors what a field gains must have."""
 _CELLS, _FEWEST_IN_CELL = 4, 5
 _AT_ONCE = 64
 
@@ -81,7 +82,7 @@ def fit_field(
     values: Float,
     sigmas: Float,
     shape: tuple[int, int],
-    expected: float,
+    scale: float,
 ) -> SmoothField:
     """Fit a field to measurements (N,), each with its own sigma.
 
@@ -91,24 +92,24 @@ def fit_field(
         values: what was measured.
         sigmas: 1 sigma of each, up to a common factor.
         shape: height and width of the pictures.
-        expected: size of a field that is believed without evidence, 1 sigma of its constant.
+        scale: size of a field that is believed without evidence, 1 sigma of its constant.
     """
     design = basis(x_px, y_px, shape)
-    prior = np.diag(1.0 / (expected * HELD) ** 2)
+    prior = np.diag(1.0 / (scale * HELD) ** 2)
     weight = 1.0 / np.maximum(sigmas, 1e-9) ** 2
     found = np.zeros(TERMS)
     found[0] = float(np.median(values)) if len(values) else 0.0
-    covariance, scale = np.linalg.inv(prior), 1.0
+    covariance, spread = np.linalg.inv(prior), 1.0
     for _ in range(_ROUNDS):
         rest = (values - design @ found) * np.sqrt(weight)
-        scale = 1.4826 * float(np.median(np.abs(rest))) if len(rest) else 1.0
-        scale = max(scale, 1e-6)
-        held = weight / (1.0 + (rest / (DOUBT * scale)) ** 2) / scale**2
+        spread = 1.4826 * float(np.median(np.abs(rest))) if len(rest) else 1.0
+        spread = max(spread, 1e-6)
+        held = weight / (1.0 + (rest / (DOUBT * spread)) ** 2) / spread**2
         normal, right = normal_equations(design, held, values)
         covariance = np.linalg.inv(normal + prior)
         found = covariance @ right
     middle = float(np.median(np.maximum(sigmas, 1e-9))) if len(sigmas) else 0.0
-    return SmoothField(found, shape, np.asarray(covariance, np.float64), scale * middle)
+    return SmoothField(found, shape, np.asarray(covariance, np.float64), spread * middle)
 
 
 def coarse_rms(x_px: Float, y_px: Float, values: Float, shape: tuple[int, int]) -> float:
@@ -152,9 +153,7 @@ def is_worth_it(
     values: Float,
     sigmas: Float,
     shape: tuple[int, int],
-    expected: float,
-    *,
-    sure: float,
+    scale: float,
 ) -> bool:
     """Whether a field fitted to one half of the measurements brings the other half nearer to zero.
 
@@ -164,20 +163,19 @@ def is_worth_it(
         values: what was measured, (N,).
         sigmas: 1 sigma of each, (N,).
         shape: height and width of the pictures.
-        expected: as `fit_field` takes it.
-        sure: how many of its own standard errors the gain must have.
+        scale: as `fit_field` takes it.
     """
     fold = np.arange(len(values)) % _FOLDS
     gains: list[Float] = []
     for k in range(_FOLDS):
         own, other = fold != k, fold == k
-        field = fit_field(x_px[own], y_px[own], values[own], sigmas[own], shape, expected)
+        field = fit_field(x_px[own], y_px[own], values[own], sigmas[own], shape, scale)
         doubt = DOUBT * max(field.scatter, 1e-9)
         before, after = values[other], values[other] - field.at(x_px[other], y_px[other])
         gains.append(np.log1p((before / doubt) ** 2) - np.log1p((after / doubt) ** 2))
     gain = np.concatenate(gains)
     error = float(gain.std()) / max(len(gain), 1) ** 0.5
-    return len(gain) > TERMS and float(gain.mean()) > sure * error
+    return len(gain) > TERMS and float(gain.mean()) > _SURE * error
 
 
 def _legendre(places_px: NDArray[np.number], size_px: int) -> Float:

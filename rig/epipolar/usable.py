@@ -96,6 +96,8 @@ def _moved_texture(views: RectifiedViews) -> NDArray[np.float64]:
     picture = views.images[views.reference]
     if views.is_colour:
         picture = picture[..., 1]
+    if min(views.shape) < 2:
+        return np.zeros(len(views.images))
     inner = picture[:-1, :-1][::_SAMPLE_PX, ::_SAMPLE_PX].astype(np.float64)
     right = picture[:-1, 1:][::_SAMPLE_PX, ::_SAMPLE_PX] - inner
     down = picture[1:, :-1][::_SAMPLE_PX, ::_SAMPLE_PX] - inner

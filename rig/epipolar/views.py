@@ -15,6 +15,8 @@ from rig.errors import SlopeError
 Float = NDArray[np.float64]
 Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 
+_SMALLEST_PX = 2
+
 
 class Label(IntEnum):
     """What is known about a pixel's slope."""
@@ -70,6 +72,11 @@ class RectifiedViews:
             raise SlopeError(
                 f"asked for slopes of an array {images.shape} of {images.dtype}; give (V, H, W) "
                 "grey or (V, H, W, 3) colour images of uint8, uint16 or float32"
+            )
+        if min(images.shape[1:3]) < _SMALLEST_PX:
+            raise SlopeError(
+                f"asked for slopes of pictures of {images.shape[2]} x {images.shape[1]} px; give "
+                f"{_SMALLEST_PX} px or more on either side"
             )
         count = images.shape[0]
         x = np.ascontiguousarray(self.x_steps, np.float64)
