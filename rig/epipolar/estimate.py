@@ -2,34 +2,26 @@
 
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.bands import run_in_bands
 from rig.epipolar.confidence import Evidence, contradicted, judge
 from rig.epipolar.contest import contested
-from rig.epipolar.cross_check import is_one_sided
-from rig.epipolar.cross_noise import measure_cross_noise
 from rig.epipolar.drift import coarse_drift, local_drift, variance_of_slopes
-from rig.epipolar.first_match import FirstMatch
-from rig.epipolar.fitting import fit_together
 from rig.epipolar.line import LineFits, fit_lines
 from rig.epipolar.local_noise import line_precision, locking, pooled_share, reply_share
 from rig.epipolar.median import guided_median, near_jumps
-from rig.epipolar.mending import Mending
 from rig.epipolar.noise_model import CrossNoise, NoiseModel
 from rig.epipolar.occlusion import hidden_points
 from rig.epipolar.placement import Placement, on_their_lines
 from rig.epipolar.placement_fit import find_placement
+from rig.epipolar.prepare import Ready, closer_noise, prepare
 from rig.epipolar.rank import highest
 from rig.epipolar.sampling import pad
-from rig.epipolar.scales import Scales, noise_of, stabilise
-from rig.epipolar.search import Effort, effort_of, search
-from rig.epipolar.shrink import grow
+from rig.epipolar.scales import Scales
+from rig.epipolar.search import Effort, search
 from rig.epipolar.sides import choose_sides
 from rig.epipolar.stitch import behind_jumps, stitch
-from rig.epipolar.usable import keep, seen_views, strange_views
 from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
 from rig.epipolar.window import LABEL_SHIFT_PX, Cameras, Window, window_of
 
@@ -127,7 +119,7 @@ def _estimate(
         rough_noise: what the views differ by; None to measure it at the first match.
         trust_places: whether the views are where they are told to be.
     """
-    ready = _prepare(views, window, noise, rough_noise)
+    ready = prepare(views, window, noise, rough_noise)
     cameras, scales, mending = ready.cameras, ready.scales, ready.mending
     images, splines, grey = ready.images, ready.splines, ready.images[ready.cameras.reference]
     drift = coarse_drift(images, cameras, window, ready.first)
@@ -140,7 +132,7 @@ def _estimate(
         _, (stitched, _, _) = _refine(images, splines, slope, nowhere, cameras, scales, drift, _FAR)
         slope = window.hold(stitched)
     if mending.noise is None and ready.effort is not Effort.FOLLOWED:
-        closer = _closer_noise(ready, slope)
+        closer = closer_noise(ready, slope)
         was_wrong = closer.ratio < _MUCH_LESS * ready.noise.excess
         if rough_noise is None and ready.noise.excess > 1 and was_wrong:
             own = CrossNoise()  # what single pictures tell
@@ -201,86 +193,6 @@ def _estimate(
     return replace(judged, placement=placement, mending=mending if is_looked_for else None)
 
 
-@dataclass(frozen=True, slots=True)
-class _Ready:
-    """Views that can be compared, and what is known of them before slopes are searched."""
-
-    images: NDArray[np.float32]
-    """(V, H, W) grey values of one noise, prefiltered."""
-    sharp: NDArray[np.float32]
-    """(V, H, W) before the prefilter."""
-    splines: NDArray[np.float32]
-    """What `rig.epipolar.sampling.pad` makes of the images."""
-    cameras: Cameras
-    """Where the views stand."""
-    scales: Scales
-    """Grey scales of the images."""
-    noise: CrossNoise
-    """What the views differ by at the slopes of the first match, or as known."""
-    mending: Mending
-    """What was mended."""
-    first: FirstMatch
-    """The match that tells which pixels show the same."""
-    effort: Effort
-    """How slopes will be searched."""
-    warnings: tuple[str, ...]
-    """What is to be said of the views."""
-
-    @property
-    def is_one_sided(self) -> bool:
-        """Whether no view has a counterpart on the other side, and slopes are searched anew."""
-        return self.effort is not Effort.FOLLOWED and is_one_sided(self.cameras)
-
-
-def _prepare(
-    views: RectifiedViews,
-    window: Window,
-    noise: NoiseModel | None,
-    rough_noise: CrossNoise | None,
-) -> _Ready:
-    """Leave out what shows nothing, make the rest fit, and measure its noise."""
-    views, warnings = seen_views(views)
-    known = noise or views.noise
-    grey_step = 0.0 if views.images.dtype == np.float32 else 1.0
-    fitted = fit_together(views, window, grey_step, known)
-    if views.is_colour:
-        known, grey_step = None, 0.0
-    images, mending = fitted.images, fitted.mending
-    strange, more = strange_views(views, fitted.agreement)
-    if strange.any():
-        views, images, warnings = keep(views, ~strange), images[~strange], warnings + more
-        mending = mending.kept(~strange)
-    warnings += mending.warnings(views.x_steps, views.y_steps)
-    cameras = Cameras(views.x_steps, views.y_steps, views.reference)
-    effort, model = effort_of(cameras, window), noise_of(images, grey_step, known)
-    cross = mending.noise or rough_noise
-    if cross is None and effort is Effort.FOLLOWED:
-        cross = CrossNoise()
-    elif cross is None:
-        rough_px = np.float32(fitted.first.factor) * grow(
-            fitted.first.slope_px, fitted.first.factor, views.shape
-        )
-        cross = measure_cross_noise(images, cameras, rough_px, model)
-    images, scales = stabilise(
-        images, views.reference, model.raised(cross.excess), is_told=known is not None
-    )
-    scales = replace(scales, misfit_px=cross.misfit_px, is_alike=cross.excess > 1)
-    if views.beside_px is not None:
-        images = on_their_lines(images, views.beside_px)
-    smooth = _smoothed(images, scales.prefilter_px)
-    splines = pad(smooth, cameras.x_steps, cameras.y_steps)
-    return _Ready(
-        smooth, images, splines, cameras, scales, cross, mending, fitted.first, effort, warnings
-    )
-
-
-def _closer_noise(ready: _Ready, slope_px: NDArray[np.float32]) -> CrossNoise:
-    """Measure what views differ by once more, at slopes (H, W) that are known better."""
-    white = NoiseModel(ready.scales.noise, step_levels=0.0)
-    closer = measure_cross_noise(ready.sharp, ready.cameras, slope_px, white)
-    return replace(closer, ratio=closer.ratio * ready.noise.excess)
-
-
 def _beside(
     unshared: NDArray[np.bool_], slope_px: NDArray[np.float32], cameras: Cameras
 ) -> NDArray[np.bool_]:
@@ -317,7 +229,7 @@ def _moved(cameras: Cameras, placement: Placement) -> Cameras:
 
 
 def _settle_edges(
-    slope_px: NDArray[np.float32], movable: NDArray[np.bool_], ready: _Ready
+    slope_px: NDArray[np.float32], movable: NDArray[np.bool_], ready: Ready
 ) -> NDArray[np.float32]:
     """Move slope edges to the grey edges of the reference view, where they may move."""
     for _ in range(_MEDIAN_ROUNDS[ready.effort]):
@@ -392,17 +304,3 @@ def _stitch(
         slope_gate_px=max(1.5 * step_px, min(7.5 * line_sigma_px, 6.0 * step_px)),
         grey_gate=scales.likeness,
     )
-
-
-def _smoothed(images: NDArray[np.float32], sigma_px: float) -> NDArray[np.float32]:
-    """Prefilter images (V, H, W)."""
-    if sigma_px == 0:
-        return images
-    smooth = np.empty_like(images)
-
-    def work(start: int, stop: int) -> None:
-        for image, target in zip(images[start:stop], smooth[start:stop], strict=True):
-            cv2.GaussianBlur(image, (0, 0), sigma_px, dst=target)
-
-    run_in_bands(work, len(images))
-    return smooth
