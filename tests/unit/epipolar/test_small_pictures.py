@@ -50,7 +50,7 @@ def answer(views: RectifiedViews) -> SlopeMap | None:
 @settings(deadline=None, max_examples=40)
 @given(
     seed=st.integers(0, 1000),
-    shape=st.tuples(st.integers(1, 40), st.integers(1, 40)),
+    shape=st.tuples(st.integers(2, 40), st.integers(2, 40)),
     views=st.integers(2, 5),
     kind=st.sampled_from(sorted(TOPS)),
     is_colour=st.booleans(),
@@ -82,3 +82,10 @@ def test_what_a_narrow_picture_shows_is_found() -> None:
     error = np.abs(found.slope_px - 0.8)
     assert np.nanmedian(error) < 0.05
     assert np.mean(error < 0.3) > 0.9
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 40), (40, 1)])
+def test_a_picture_of_one_row_or_column_is_refused(shape: tuple[int, int]) -> None:
+    images = np.zeros((2, *shape), np.uint8)
+    with pytest.raises(SlopeError, match=f"{shape[1]} x {shape[0]} px"):
+        RectifiedViews(images, np.array([0.0, 1.0]), np.zeros(2), 0)
