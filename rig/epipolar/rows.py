@@ -22,7 +22,14 @@ from rig.epipolar.patches import (
     most_distinct_near,
 )
 from rig.epipolar.row_errors import RowErrors
-from rig.epipolar.smooth_field import SmoothField, coarse_rms, fit_field, is_worth_it
+from rig.epipolar.smooth_field import (
+    DOUBT,
+    SmoothField,
+    coarse_rms,
+    fit_field,
+    is_worth_it,
+    normal_equations,
+)
 from rig.epipolar.window import Cameras
 
 Float = NDArray[np.float64]
@@ -41,6 +48,7 @@ _SURE_PX = 0.25
 """Patches that are less sure slide along an edge, or drown in noise."""
 _LEAST_SIGMA_PX = 0.05
 """What a patch is off by however clear it is: sampling, and surfaces that are not square-on."""
+_ROUNDS, _NEARLY = 4, 1.15
 _LEAST_SPREAD_PX = 0.5
 """Shifts along the lines that spread less tell nothing of what is in proportion to them."""
 _THIRDS = (("top", "middle", "bottom"), ("left", "centre", "right"))
@@ -110,20 +118,27 @@ def _measured(found: Patches, steps: tuple[float, float]) -> tuple[Float, Float,
 
 
 def _by_slope(found: Patches, sigma: Float, x: Float, y: Float) -> Float:
-    """Part of the shifts across that follows the shift along and no place in the picture, (N,)."""
-    shape = int(y.max()) + 2, int(x.max()) + 2
-    apart = found.along_px - fit_field(
-        x, y, found.along_px, sigma, shape, np.ptp(found.along_px) + 1.0
-    ).at(x, y)
-    across = found.across_px - fit_field(x, y, found.across_px, sigma, shape, _EXPECTED_PX).at(x, y)
-    if float(apart.std()) < _LEAST_SPREAD_PX:
+    """Part of the shifts across that follows the shift along, (N,).
+
+    Where it explains them nearly as well as a field does, it is the simpler reason and believed.
+    """
+    if len(x) < _FEWEST or float(found.along_px.std()) < _LEAST_SPREAD_PX:
         return np.zeros_like(x)
-    weight = 1.0 / (1.0 + (across / (3.0 * np.median(np.abs(across)) + 1e-9)) ** 2)
-    share = float((weight * apart * across).sum() / (weight * apart**2).sum())
-    error = float((weight**2 * apart**2 * across**2).sum()) ** 0.5 / float(
-        (weight * apart**2).sum()
-    )
-    return share * found.along_px if abs(share) > _SURE * error else np.zeros_like(x)
+    design = np.stack([np.ones_like(x), found.along_px], axis=1)
+    weight, line, covariance = 1.0 / sigma**2, np.zeros(2), np.eye(2)
+    spread = 1.0
+    for _ in range(_ROUNDS):
+        normal, right = normal_equations(design, weight, found.across_px)
+        covariance = np.linalg.inv(normal)
+        line = covariance @ right
+        rest = (found.across_px - design @ line) / sigma
+        spread = max(1.4826 * float(np.median(np.abs(rest))), 1e-6)
+        weight = 1.0 / (sigma * spread) ** 2 / (1.0 + (rest / (DOUBT * spread)) ** 2)
+    shape = int(y.max()) + 2, int(x.max()) + 2
+    field = fit_field(x, y, found.across_px, sigma, shape, _EXPECTED_PX)
+    left = 1.4826 * float(np.median(np.abs((found.across_px - field.at(x, y)) / sigma)))
+    is_sure = abs(line[1]) > _SURE * float(covariance[1, 1]) ** 0.5
+    return line[1] * found.along_px if is_sure and spread < _NEARLY * left else np.zeros_like(x)
 
 
 def _judged(
