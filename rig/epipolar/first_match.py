@@ -35,13 +35,6 @@ class FirstMatch:
     is_told: bool
     """Whether the slopes are those of a hypothesis: nothing was searched."""
 
-    def at(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Slopes at pixels (N,) of the pictures at full size, in their pixels."""
-        height, width = self.slope_px.shape
-        small_rows = np.minimum(rows // self.factor, height - 1)
-        small_columns = np.minimum(columns // self.factor, width - 1)
-        return self.factor * self.slope_px[small_rows, small_columns].astype(np.float64)
-
 
 def small_pictures(images: Image, factor: int) -> Map:
     """Mean grey values over blocks of pictures (V, H, W)."""

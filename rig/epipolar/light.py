@@ -17,7 +17,9 @@ from rig.epipolar.smooth_field import (
     TERMS,
     basis,
     coarse_rms,
+    is_sure,
     normal_equations,
+    robust_gain,
     values_everywhere,
 )
 
@@ -26,7 +28,7 @@ Float = NDArray[np.float64]
 _ROUNDS = 4
 _GAIN_SHARE, _OFFSET_SHARE = 0.15, 0.1
 """Expected size of the fields of gain and offset, as shares of the mean grey value, 1 sigma."""
-_SURE, _AT_A_GLANCE = 4.0, 0.8
+_AT_A_GLANCE = 0.8
 _NOTICEABLE, _NOTICEABLE_SHARE = 0.5, 0.006
 """Field over the scatter of single pixels, and over the mean grey value, below which light counts
 as the same: gloss alone makes that much."""
@@ -94,9 +96,8 @@ def fit_light(
         found, scatter = _fit(design[own], left[own], prior)
         before, after = left[~own], left[~own] - design[~own] @ found
         doubt = DOUBT * scatter
-        gains.append(np.log1p((before / doubt) ** 2) - np.log1p((after / doubt) ** 2))
-    won = np.concatenate(gains)
-    if float(won.mean()) <= _SURE * float(won.std()) / len(won) ** 0.5:
+        gains.append(robust_gain(before, after, doubt))
+    if not is_sure(np.concatenate(gains)):
         return None
     found, scatter = _fit(design, left, prior)
     rms_levels = float(np.sqrt(np.mean((design @ found) ** 2)))

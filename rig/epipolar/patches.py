@@ -42,6 +42,11 @@ class Patches:
     sigma_px: Float
     """(N,) of the shift across, by what the patches differ by, 1 sigma."""
 
+    def on_line_px(self, steps: tuple[float, float]) -> tuple[Float, Float]:
+        """Columns and rows (N,) in a view at some steps if nothing lay across its lines."""
+        along, _ = directions(*steps)
+        return self.columns + along[0] * self.along_px, self.rows + along[1] * self.along_px
+
     def __getitem__(self, chosen: NDArray[np.bool_]) -> "Patches":
         return Patches(
             self.columns[chosen], self.rows[chosen], self.along_px[chosen],

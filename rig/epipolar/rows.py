@@ -111,8 +111,7 @@ def _measured(found: Patches, steps: tuple[float, float]) -> tuple[Float, Float,
     A camera off its place moves patches across in proportion to their slopes: that is no error of
     its rows (`placement` looks for it), and is taken off.
     """
-    along, _ = directions(*steps)
-    x, y = found.columns + along[0] * found.along_px, found.rows + along[1] * found.along_px
+    x, y = found.on_line_px(steps)
     sigma = np.hypot(found.sigma_px, _LEAST_SIGMA_PX)
     return x, y, found.across_px - _by_slope(found, sigma, x, y), sigma
 
@@ -144,15 +143,13 @@ def _by_slope(found: Patches, sigma: Float, x: Float, y: Float) -> Float:
 def _judged(
     found: Patches, steps: tuple[float, float], shape: tuple[int, int]
 ) -> tuple[SmoothField | None, float, str]:
-    along, _ = directions(*steps)
-    x, y = found.columns + along[0] * found.along_px, found.rows + along[1] * found.along_px
-    if coarse_rms(x, y, found.across_px, shape) < _AT_A_GLANCE * _NOTICEABLE_PX:
+    if coarse_rms(*found.on_line_px(steps), found.across_px, shape) < _AT_A_GLANCE * _NOTICEABLE_PX:
         return None, 0.0, ""
     measured = _measured(found, steps)
     if not is_worth_it(*measured, shape, _EXPECTED_PX):
         return None, 0.0, ""
     whole = fit_field(*measured, shape, _EXPECTED_PX)
-    x, y = measured[:2]
+    x, y, *_ = measured
     values = whole.at(x, y)
     rms_px = float(np.sqrt(np.mean(values**2)))
     if rms_px < _NOTICEABLE_PX:

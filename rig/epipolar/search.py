@@ -67,6 +67,14 @@ class Found:
         """Return slopes that nothing contradicts."""
         return cls(slope_px, rival_px, np.zeros(slope_px.shape, np.bool_))
 
+    def only(self, wide: NDArray[np.bool_], expected_px: NDArray[np.float32]) -> "Found":
+        """Return what was found where it was looked for, what was expected elsewhere, (H, W)."""
+        return Found(
+            np.where(wide, self.slope_px, expected_px),
+            np.where(wide, self.rival_px, np.float32(np.nan)),
+            self.unshared & wide,
+        )
+
 
 class Effort(IntEnum):
     """How much of the range a search looks at, and how closely."""
@@ -118,18 +126,13 @@ def search(
     """
     wide, effort = _is_wide(window, cameras), effort_of(cameras, window)
     if effort is not Effort.FOLLOWED and is_one_sided(cameras):
-        found = _search_one_sided(images, cameras, window, scales)
-        slope_px = np.where(wide, found.slope_px, window.expected_px)
-        rival_px = np.where(wide, found.rival_px, np.float32(np.nan))
-        return Found(slope_px, rival_px, found.unshared & wide)
+        return _search_one_sided(images, cameras, window, scales).only(wide, window.expected_px)
     match effort:
         case Effort.FULL:
             return _search_all(images, cameras, window, scales, drift)
         case Effort.COARSE:
             found = _search_coarse(images, cameras, window, scales, drift)
-            slope_px = np.where(wide, found.slope_px, window.expected_px)
-            rival_px = np.where(wide, found.rival_px, np.float32(np.nan))
-            return Found.of_all(slope_px, rival_px)
+            return found.only(wide, window.expected_px)
         case Effort.FOLLOWED if wide.any():
             if splines is None:
                 splines = pad(images, cameras.x_steps, cameras.y_steps)

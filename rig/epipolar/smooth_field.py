@@ -172,10 +172,19 @@ def is_worth_it(
         field = fit_field(x_px[own], y_px[own], values[own], sigmas[own], shape, scale)
         doubt = DOUBT * max(field.scatter, 1e-9)
         before, after = values[other], values[other] - field.at(x_px[other], y_px[other])
-        gains.append(np.log1p((before / doubt) ** 2) - np.log1p((after / doubt) ** 2))
-    gain = np.concatenate(gains)
+        gains.append(robust_gain(before, after, doubt))
+    return len(values) > TERMS and is_sure(np.concatenate(gains))
+
+
+def robust_gain(before: Float, after: Float, scale: float) -> Float:
+    """Fall of the Cauchy loss of measurements (N,) of a scale, by what a field explains."""
+    return np.log1p((before / scale) ** 2) - np.log1p((after / scale) ** 2)
+
+
+def is_sure(gain: Float) -> bool:
+    """Whether the mean of gains (N,) stands out of its own standard error."""
     error = float(gain.std()) / max(len(gain), 1) ** 0.5
-    return len(gain) > TERMS and float(gain.mean()) > _SURE * error
+    return float(gain.mean()) > _SURE * error
 
 
 def _legendre(places_px: NDArray[np.number], size_px: int) -> Float:
