@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from benchmarks.board_fit import BOARD, GAINS, X_STEPS, Y_STEPS, random_scene
 from rig.epipolar import RectifiedViews
-from rig.epipolar.board_fit import fit_board_slope
-from rig.geometry.corners import find_corners
+from rig.epipolar.board.fit import fit_board_slope
+from rig.targets.corners import find_corners
 from tests.support.board_degradations import (
     banded,
     compressed,

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar import RectifiedViews
-from rig.epipolar.board_fit import fit_board_slope
-from rig.geometry.board import Board
-from rig.geometry.corners import find_corners
+from rig.epipolar.board.fit import fit_board_slope
+from rig.targets.checkerboard import Board
+from rig.targets.corners import find_corners
 from tests.support.board_images import BoardScene, blurred, digitised
 from tests.support.slope_bound import slope_bound_px
 

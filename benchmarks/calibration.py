@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.calibration_corners import corner_error_px, rendered_sightings
-from rig.geometry.calibration import Calibration, calibrate
-from rig.geometry.calibration.depth_error import DISTANCES_MM, depth_gradient, depth_sigma_mm
+from rig.geometry.bundle import Calibration, calibrate
+from rig.geometry.bundle.depth_error import DISTANCES_MM, depth_gradient, depth_sigma_mm
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry

@@ -9,8 +9,8 @@ a ChArUco board leave it.
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.geometry.corner_fit import fit_crossings
 from rig.geometry.sighting import Sighting
+from rig.targets.corner_fit import fit_crossings
 from tests.support.calibration_scene import (
     COLUMNS,
     HEIGHT,

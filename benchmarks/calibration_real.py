@@ -23,14 +23,14 @@ from rig.calibrate.frames import stored_pictures
 from rig.calibrate.pictures import recorded_pictures
 from rig.calibrate.sight import Sighted, all_sightings, sight
 from rig.errors import CalibrationError
-from rig.geometry.calibration import calibrate
+from rig.geometry.bundle import calibrate
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.sighting import Sighting
 from rig.hardware.opening import open_camera
+from rig.optics.target import target_of
 from rig.profile.load import load_profile
-from rig.target import target_of
 
 Float = NDArray[np.float64]
 

@@ -130,7 +130,7 @@ def _world_focus_mm(profile: Profile) -> float:
 
 
 def _judge_desk(profile: Profile, depth: Path) -> None:
-    from sim.bench import plugged_world  # noqa: PLC0415 truth, for this comparison only
+    from rig_sim.bench import plugged_world  # noqa: PLC0415 truth, for this comparison only
 
     with plugged_world(profile, uses_stage=False) as world:
         truth_mm = world.true_depth_mm()

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field, replace
 from types import TracebackType
 from typing import Final, Self
 
-from drivers.together import close_together, open_together
+from rig_drivers.together import close_together, open_together
+
 from tests.support.video_arrays import locked, video_array
 from tests.support.video_kernel import FakeDevice
 

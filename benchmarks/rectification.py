@@ -12,13 +12,13 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from rig_sim.clock import VirtualClock
+from rig_sim.world import World
 from scipy.special import erf
 
-from rig.epipolar.resample import Resampler
 from rig.geometry.rectification import Rectification, rectify
+from rig.optics.resample import Resampler
 from rig.profile.load import load_profile
-from sim.clock import VirtualClock
-from sim.world import World
 from tests.support.cameras import Slide
 from tests.support.geometry import true_geometry
 

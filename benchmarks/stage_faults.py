@@ -13,12 +13,13 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from rig_sim.wire import Firmware
+from rig_sim.wire.faults import Fault, FaultyWire
+
 from rig.devices import Clock
 from rig.errors import DeviceLostError, RigError
 from rig.plan import Stop, plan_stops
 from rig.sweep.take import SweepTimes, run_sweep
-from sim.wire import Firmware
-from sim.wire.faults import Fault, FaultyWire
 from tests.support.stages import MARLIN, STAGE, ZABER, Bench, simulated_bench
 from tests.support.wire_faults import IN_MOTION, MAKERS, NO_FAULT
 from tests.support.witness import Witness

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.errors import TargetError
-from rig.geometry.board import Board
-from rig.geometry.targets import CharucoBoard, Detection, Target, find_target
+from rig.targets import CharucoBoard, Detection, Target, find_target
+from rig.targets.checkerboard import Board
 from tests.support.board_images import BoardScene, digitised
 from tests.support.charuco_images import CharucoScene
 

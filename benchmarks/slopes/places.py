@@ -10,7 +10,7 @@ from benchmarks.slopes.antinous import load_antinous
 from benchmarks.slopes.scenes import DENSE, SPARSE, Array, Recipe, Scene, make_scene
 from benchmarks.slopes.scores import score
 from rig.epipolar import SlopeMap, estimate_slopes
-from rig.epipolar.placement import on_their_lines
+from rig.epipolar.placement.placement import on_their_lines
 
 _ERROR_PX, _ERROR_STEPS = 0.1, 0.1
 """1 sigma of the error of each picture in each direction, at the largest slope; and of positions

@@ -18,11 +18,11 @@ from typing import Any
 
 from rig.calibrate.pictures import Picture
 from rig.database.frames import FrameWriter, read_frames
-from rig.database.records import StoredFrame
 from rig.database.trouble import explained
 from rig.errors import ConfigError
 from rig.profile import Profile
 from rig.profile.load import parse_profile
+from rig.records import StoredFrame
 
 _SAME = ("name", "views", "camera", "target")
 """Parts of a profile in which a resumed calibration must not differ."""

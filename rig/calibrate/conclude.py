@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from rig.calibrate.sight import Tally
-from rig.geometry.calibration import Calibration
-from rig.geometry.calibration.result import PoseAdvice
+from rig.geometry.bundle import Calibration
+from rig.geometry.bundle.result import PoseAdvice
 
 
 @dataclass(frozen=True, slots=True)

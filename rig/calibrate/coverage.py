@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.calibrate.sight import Sighted, all_sightings
-from rig.geometry.calibration.start_cameras import Seen, board_pose, guess_camera
-from rig.geometry.targets import Target
+from rig.geometry.bundle.start_cameras import Seen, board_pose, guess_camera
+from rig.targets import Target
 
 Float = NDArray[np.float64]
 

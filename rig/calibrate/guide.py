@@ -7,7 +7,7 @@ import numpy as np
 
 from rig.calibrate.conclude import pose_text
 from rig.calibrate.coverage import Coverage
-from rig.geometry.calibration import Calibration
+from rig.geometry.bundle import Calibration
 
 FEWEST_PICTURES = 12
 """Pictures before the first solve."""

@@ -10,7 +10,7 @@ from rig.calibrate.pictures import Picture
 from rig.calibrate.sight import Sighted, sight
 from rig.devices import Camera, Clock
 from rig.geometry.sighting import Sighting
-from rig.geometry.targets import Target
+from rig.targets import Target
 
 STILL_PX = 0.3
 """Largest motion of the corners between two pictures of a target at rest."""

@@ -21,16 +21,16 @@ from rig.calibrate.solve import SolveChoices, solve
 from rig.database import Store, software_versions
 from rig.errors import CalibrationError, ConfigError, TargetError
 from rig.frames import GreyImage
-from rig.geometry.calibration import Calibration
+from rig.geometry.bundle import Calibration
 from rig.geometry.rig_geometry_json import geometry_to_json
-from rig.geometry.targets import Target
 from rig.hardware.opening import open_camera, open_hardware
 from rig.interrupts import Interrupts
+from rig.optics.target import target_of
 from rig.profile import FolderCameraConfig, Profile
 from rig.report.calibration.shown import ShownCalibration
 from rig.report.write import write_calibration_page
 from rig.sweep.request import sweep_setup
-from rig.target import target_of
+from rig.targets import Target
 
 PATIENCE_S = 60.0
 """Live capture ends when nothing new was shown for so long."""

@@ -8,7 +8,7 @@ from rig.calibrate.pictures import Picture
 from rig.errors import TargetError
 from rig.frames import Frame
 from rig.geometry.sighting import Sighting
-from rig.geometry.targets import Detection, Target, find_target
+from rig.targets import Detection, Target, find_target
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,13 +8,13 @@ import numpy as np
 
 from rig.calibrate.sight import Sighted, all_sightings
 from rig.errors import CalibrationError
-from rig.geometry.calibration import Calibration, calibrate
-from rig.geometry.calibration.calibrate import Fixed
+from rig.geometry.bundle import Calibration, calibrate
+from rig.geometry.bundle.calibrate import Fixed
 from rig.geometry.half_turn import agree_on_turns
 from rig.geometry.lens import LensModel
 from rig.geometry.rig_geometry import RigGeometry
-from rig.geometry.targets import Target
 from rig.profile import Profile
+from rig.targets import Target
 
 
 @dataclass(frozen=True, slots=True)

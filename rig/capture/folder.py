@@ -6,7 +6,7 @@ from pathlib import Path
 from rig.capture.live import Measured
 from rig.depth import write_bytes, write_depth_png, write_label_png, write_pfm
 from rig.errors import StoreError
-from rig.rectified import Rectifier
+from rig.optics.rectifier import Rectifier
 
 
 class CaptureFolder:

@@ -12,10 +12,10 @@ from rig.curve import Curve
 from rig.depth import DepthMap, depth_from_slopes
 from rig.devices import Camera
 from rig.epipolar import Placement, SlopeMap, SlopePrior, estimate_slopes
-from rig.epipolar.mending import Mending
-from rig.epipolar.usable import moving_views
+from rig.epipolar.mending.mending import Mending
+from rig.epipolar.mending.usable import moving_views
 from rig.frames import MultiView
-from rig.rectified import Rectifier
+from rig.optics.rectifier import Rectifier
 
 _MOTION_PX = np.float32(0.2)
 """1 sigma of what a slope may change from one multi-view to the next and still be followed."""

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from rig.capture.live import Measured
 from rig.depth import write_bytes
-from rig.rectified import Rectifier
+from rig.optics.rectifier import Rectifier
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _STRIP_PX = 34

@@ -18,9 +18,9 @@ from rig.database import StoredCurve
 from rig.devices import Camera
 from rig.errors import CurveError
 from rig.interrupts import Interrupts
+from rig.optics.rectifier import Rectifier
 from rig.profile import Profile
 from rig.recording import RecordingWriter
-from rig.rectified import Rectifier
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,8 @@ from rig.check.items import Item, Status, graded, worst
 from rig.check.photon_transfer import PhotonTransfer
 from rig.check.stills import Sighting, ViewStills
 from rig.errors import TargetError
-from rig.geometry.corners import Corners
 from rig.profile import NoiseConfig
+from rig.targets.corners import Corners
 
 SOFT_PX, BLURRED_PX = 1.5, 3.0
 """Blur of an edge (sigma, pixel area included). A lens in focus gives 0.5-1 px; the sigma of a

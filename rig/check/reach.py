@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.check.items import Item, Status, worst
-from rig.geometry.board_diagnosis import MIN_SIDE_PX
-from rig.geometry.corners import Corners
+from rig.targets.checkerboard_diagnosis import MIN_SIDE_PX
+from rig.targets.corners import Corners
 
 Float = NDArray[np.float64]
 

@@ -4,24 +4,24 @@ from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 
 from rig.check.arrangement import judge_arrangement
-from rig.check.geometry import GeometryDrift
+from rig.check.bench import Bench, Stills, see, take_stills, take_stream
+from rig.check.carried_board import judge_drift, judge_over_travel, judge_seen
+from rig.check.geometry_drift import GeometryDrift
 from rig.check.items import Item, failed
-from rig.check.moves import judge_travel
 from rig.check.scene import judge_scene
 from rig.check.span import middle_mm, plan_mm
+from rig.check.stage import judge_travel
 from rig.check.storage import judge_database, judge_room
-from rig.check.take import Bench, Stills, see, take_stills, take_stream
 from rig.check.timing import asked_rate_hz, judge_drops, judge_rate, judge_skew
-from rig.check.travel import judge_drift, judge_over_travel, judge_seen
 from rig.curve import Curve
 from rig.devices import Camera, Clock, Stage
 from rig.errors import DeviceError, RigError, ViewSkewError
 from rig.frames import MultiView
 from rig.hardware.opening import Answers
+from rig.optics.rectifier import Rectifier
+from rig.optics.target import target_of
 from rig.profile import FolderCameraConfig, Profile, RecordingCameraConfig
-from rig.rectified import Rectifier
 from rig.standstill import stopped
-from rig.target import target_of
 
 STILLS = 16
 """Multi-views of the board at rest: the noise of each view is then known within 1 %."""

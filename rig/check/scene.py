@@ -14,8 +14,8 @@ from rig.check.pictures import (
 from rig.check.stills import measure_stills
 from rig.check.timing import judge_settling
 from rig.frames import MultiView
+from rig.optics.target import target_of
 from rig.profile import Profile
-from rig.target import target_of
 
 
 def judge_scene(

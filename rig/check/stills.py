@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from rig.check.photon_transfer import PhotonTransfer, photon_transfer
 from rig.errors import TargetError
 from rig.frames import Frame, MultiView
-from rig.geometry.corners import Corners, corner_motion_px
-from rig.geometry.targets import Target, full_corners
+from rig.targets import Target, full_corners
+from rig.targets.corners import Corners, corner_motion_px
 
 Sighting = Corners | TargetError
 """The board in one picture, or why it is not there."""

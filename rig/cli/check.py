@@ -38,8 +38,8 @@ def check(
     from rig.errors import StoreError
     from rig.hardware.opening import open_what_answers
     from rig.interrupts import Interrupts
+    from rig.optics.rectifier import Rectifier
     from rig.profile.load import load_profile
-    from rig.rectified import Rectifier
 
     profile = load_profile(profile_name, overrides or ())
     try:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from rig.errors import RigError
 
 if TYPE_CHECKING:
-    from rig.check.geometry import GeometryDrift
+    from rig.check.geometry_drift import GeometryDrift
     from rig.curve import Curve
+    from rig.optics.rectifier import Rectifier
     from rig.profile import Profile
-    from rig.rectified import Rectifier
 
 
 def find_rectifier(
@@ -24,7 +24,7 @@ def find_rectifier(
     """
     from rig.calibrations import chosen_calibration
     from rig.database import open_store
-    from rig.rectified import rectifier_of
+    from rig.optics.rectifier import rectifier_of
 
     with open_store(database) as store:
         return rectifier_of(profile, chosen_calibration(store, profile.name, calibration))
@@ -40,7 +40,7 @@ def drift_against(
         StoreError: there is no such calibration.
     """
     from rig.calibrations import chosen_calibration
-    from rig.check.geometry import geometry_drift
+    from rig.check.geometry_drift import geometry_drift
     from rig.database import open_store
 
     with open_store(database) as store:

@@ -10,7 +10,7 @@ from rig.cli.options import AsJson, Overrides
 from rig.cli.output import show, show_json
 
 if TYPE_CHECKING:
-    from rig.geometry.targets import Target
+    from rig.targets import Target
 
 
 class Kind(StrEnum):
@@ -72,9 +72,9 @@ def target(
     On it stand the size of its squares and a ruler of 100 mm: measure that, and a few squares, and
     glue the print onto something flat.
     """
-    from rig.printing.board_areas import board_size_mm
-    from rig.printing.sheet import draw_sheet, page_mm
-    from rig.printing.write import write_sheet
+    from rig.targets.printing.board_areas import board_size_mm
+    from rig.targets.printing.sheet import draw_sheet, page_mm
+    from rig.targets.printing.write import write_sheet
 
     if (profile_name is None) == (kind is None):
         raise typer.BadParameter("give either PROFILE or --kind")
@@ -103,8 +103,8 @@ def target(
 
 def _of_profile(name: str, overrides: list[str]) -> "Target":
     from rig.errors import ConfigError
+    from rig.optics.target import target_of
     from rig.profile.load import load_profile
-    from rig.target import target_of
 
     profile = load_profile(name, overrides)
     if profile.target is None:
@@ -123,8 +123,8 @@ def _asked(
     inverted: bool,
     legacy: bool,
 ) -> "Target":
-    from rig.geometry.board import Board
-    from rig.geometry.targets import CharucoBoard
+    from rig.targets import CharucoBoard
+    from rig.targets.checkerboard import Board
 
     columns, cross, rows = size.lower().partition("x")
     if not (cross and columns.isdigit() and rows.isdigit()):

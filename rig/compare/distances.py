@@ -13,8 +13,8 @@ from rig.curve import Curve
 from rig.database import Measurement, Sample, SampleKey
 from rig.epipolar import RectifiedViews, SlopePrior, estimate_slopes
 from rig.frames import MultiView
-from rig.rectified import Rectifier
-from rig.sweep.measure import OUTLINE
+from rig.optics.rectifier import Rectifier
+from rig.sweep.measure_sample import OUTLINE
 
 WITH_PLANE = "rig, plane known"
 """Ours as a sweep runs it: the board's plane as a hypothesis."""

@@ -13,7 +13,7 @@ from rig.curve import Curve
 from rig.epipolar import RectifiedViews
 from rig.errors import SlopeError
 from rig.frames import GreyImage, MultiView
-from rig.rectified import Rectifier
+from rig.optics.rectifier import Rectifier
 
 METHODS = (OURS, *BASELINES, *FILLED)
 _REPEATS = 3

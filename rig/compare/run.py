@@ -15,8 +15,8 @@ from rig.depth import write_bytes
 from rig.devices import Camera
 from rig.errors import ConfigError, StoreError
 from rig.frames import MultiView
+from rig.optics.rectifier import Rectifier
 from rig.profile import Profile
-from rig.rectified import Rectifier
 from rig.report.extra import report_extra
 from rig.sweep.conclude import stored_profile, stored_rectifier
 

@@ -1,7 +1,8 @@
 """Sweeps, samples, slopes and curves: a database for the numbers, folders for the frames."""
 
 from rig.database.provenance import software_versions
-from rig.database.records import (
+from rig.database.store import Store, open_store
+from rig.records import (
     Failure,
     HistoryRow,
     Json,
@@ -14,7 +15,6 @@ from rig.database.records import (
     StoredFrame,
     Sweep,
 )
-from rig.database.store import Store, open_store
 
 __all__ = [
     "Failure",

@@ -4,9 +4,9 @@ from datetime import UTC, datetime
 
 from rig.database import queries
 from rig.database.convert import calibration_value
-from rig.database.records import Json, StoredCalibration
 from rig.database.tables import CalibrationRow
 from rig.database.transactions import Transactions
+from rig.records import Json, StoredCalibration
 
 
 class CalibrationShelf(Transactions):

@@ -3,16 +3,6 @@
 from pathlib import Path
 from typing import cast
 
-from rig.database.records import (
-    Failure,
-    Measurement,
-    Sample,
-    State,
-    StoredCalibration,
-    StoredCurve,
-    StoredFrame,
-    Sweep,
-)
 from rig.database.tables import (
     CalibrationRow,
     CurveRow,
@@ -23,6 +13,16 @@ from rig.database.tables import (
     SweepRow,
 )
 from rig.plan import Direction, Role, Stop
+from rig.records import (
+    Failure,
+    Measurement,
+    Sample,
+    State,
+    StoredCalibration,
+    StoredCurve,
+    StoredFrame,
+    Sweep,
+)
 
 
 def stop_row(stop: Stop) -> StopRow:

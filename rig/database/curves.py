@@ -4,9 +4,9 @@ from datetime import UTC, datetime
 
 from rig.database import queries
 from rig.database.convert import curve_value
-from rig.database.records import Json, StoredCurve
 from rig.database.tables import CurveRow
 from rig.database.transactions import Transactions
+from rig.records import Json, StoredCurve
 
 
 class CurveShelf(Transactions):

@@ -19,11 +19,11 @@ from uuid import uuid4
 import cv2
 import numpy as np
 
-from rig.database.records import StoredFrame
 from rig.database.trouble import explained
 from rig.errors import StoreError
 from rig.frames import Frame, GreyImage, MultiView
 from rig.plan import Stop
+from rig.records import StoredFrame
 
 # Noisy pictures hardly shrink further: run lengths at the lowest level, after cheap filters, take
 # a third of the time of the usual strategy and even less space.

@@ -6,7 +6,6 @@ from typing import cast
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from rig.database.records import HistoryRow, SampleKey, State
 from rig.database.tables import (
     CalibrationRow,
     CurveRow,
@@ -16,6 +15,7 @@ from rig.database.tables import (
     SweepRow,
 )
 from rig.errors import StoreError
+from rig.records import HistoryRow, SampleKey, State
 
 
 def sweep_row(session: Session, sweep_id: int) -> SweepRow:

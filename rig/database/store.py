@@ -27,18 +27,18 @@ from rig.database.frames import (
 )
 from rig.database.location import Location, locate
 from rig.database.measurements import MeasurementShelf
-from rig.database.records import (
-    HistoryRow,
-    Json,
-    Sample,
-    Sweep,
-)
 from rig.database.schema import open_engine
 from rig.database.tables import SampleRow, SweepRow
 from rig.database.trouble import explained
 from rig.errors import StoreError
 from rig.frames import MultiView
 from rig.plan import Stop
+from rig.records import (
+    HistoryRow,
+    Json,
+    Sample,
+    Sweep,
+)
 
 
 def open_store(url: str | None = None) -> "Store":

@@ -1,9 +1,9 @@
 """Depth maps: made of slopes by a curve, kept in files."""
 
 from rig.depth.depth_map import DepthMap, depth_from_slopes
-from rig.depth.files import write_bytes
 from rig.depth.pfm import read_pfm, write_pfm
 from rig.depth.png import write_depth_png, write_label_png
+from rig.files import write_bytes
 
 __all__ = [
     "DepthMap",

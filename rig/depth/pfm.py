@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.depth.files import read_bytes, write_bytes
 from rig.errors import StoreError
+from rig.files import read_bytes, write_bytes
 
 _HEADER = re.compile(
     rb"(P[fF])\s+(\d{1,9})\s+(\d{1,9})\s+([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s"

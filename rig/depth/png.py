@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.depth.files import write_bytes
 from rig.errors import StoreError
+from rig.files import write_bytes
 
 MOST_MM = 65535
 

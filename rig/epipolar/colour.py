@@ -12,12 +12,12 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.first_match import FirstMatch
-from rig.epipolar.noise_model import NoiseModel
-from rig.epipolar.photometry import Light, equalise
+from rig.epipolar.mending.first_match import FirstMatch
+from rig.epipolar.mending.photometry import Light, equalise
+from rig.epipolar.noise.model import NoiseModel
 from rig.epipolar.scales import noise_of, stabilise
+from rig.epipolar.search.window import Cameras
 from rig.epipolar.views import Image
-from rig.epipolar.window import Cameras
 
 _CHANNELS = 3
 

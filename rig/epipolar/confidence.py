@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.bands import run_in_bands, run_side_by_side
+from rig.compute.bands import run_in_bands, run_side_by_side
 from rig.epipolar.line import MISFIT_LIMIT, UNSEEN, LineFits
 from rig.epipolar.rank import departure, mean
 from rig.epipolar.views import Label, SlopeMap

@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.bands import run_in_bands
-from rig.epipolar.halves import HALVES, assign_halves
+from rig.compute.bands import run_in_bands
 from rig.epipolar.rank import mean
 from rig.epipolar.sampling import sample_tilts
 from rig.epipolar.scales import Scales
-from rig.epipolar.window import Cameras
+from rig.epipolar.search.halves import HALVES, assign_halves
+from rig.epipolar.search.window import Cameras
 
 Map = NDArray[np.float32]
 

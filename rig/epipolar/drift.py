@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.drift_fit import fit_drift
-from rig.epipolar.first_match import FirstMatch
+from rig.epipolar.mending.first_match import FirstMatch
 from rig.epipolar.rank import mean
 from rig.epipolar.sampling import pad
 from rig.epipolar.scales import Scales, measure_scales
-from rig.epipolar.search import search
-from rig.epipolar.shrink import shrink
-from rig.epipolar.window import Cameras, Window
+from rig.epipolar.search.search import search
+from rig.epipolar.search.shrink import shrink
+from rig.epipolar.search.window import Cameras, Window
 
 _FEWEST_VIEWS = 3
 _COARSE_RADIUS_PX = 5

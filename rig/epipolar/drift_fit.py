@@ -11,11 +11,11 @@ tracking with parametric models of geometry and illumination" (IEEE TPAMI 20(10)
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.bands import run_in_bands
-from rig.epipolar.kernel import kernel
+from rig.compute.bands import run_in_bands
+from rig.compute.kernel import kernel
 from rig.epipolar.rank import quantile
 from rig.epipolar.sampling import sample_points
-from rig.epipolar.window import Cameras
+from rig.epipolar.search.window import Cameras
 
 _SUMS, _SPREADS = 9, 6
 _TOGETHER = np.float32(5.0)

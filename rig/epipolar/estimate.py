@@ -9,21 +9,21 @@ from rig.epipolar.confidence import Evidence, contradicted, judge
 from rig.epipolar.contest import contested
 from rig.epipolar.drift import coarse_drift, local_drift, variance_of_slopes
 from rig.epipolar.line import LineFits, fit_lines
-from rig.epipolar.local_noise import line_precision, locking, pooled_share, reply_share
 from rig.epipolar.median import guided_median, near_jumps
-from rig.epipolar.noise_model import CrossNoise, NoiseModel
+from rig.epipolar.noise.local import line_precision, locking, pooled_share, reply_share
+from rig.epipolar.noise.model import CrossNoise, NoiseModel
 from rig.epipolar.occlusion import hidden_points
-from rig.epipolar.placement import Placement, on_their_lines
-from rig.epipolar.placement_fit import find_placement
+from rig.epipolar.placement.fit import find_placement
+from rig.epipolar.placement.placement import Placement, on_their_lines
 from rig.epipolar.prepare import Ready, closer_noise, prepare
 from rig.epipolar.rank import highest
 from rig.epipolar.sampling import pad
 from rig.epipolar.scales import Scales
-from rig.epipolar.search import Effort, search
-from rig.epipolar.sides import choose_sides
+from rig.epipolar.search.search import Effort, search
+from rig.epipolar.search.sides import choose_sides
+from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras, Window, window_of
 from rig.epipolar.stitch import behind_jumps, stitch
 from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
-from rig.epipolar.window import LABEL_SHIFT_PX, Cameras, Window, window_of
 
 Stitched = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
 """Slope, its variance, and how far its neighbours scatter beyond theirs; all (H, W)."""

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.bands import run_in_bands
+from rig.compute.bands import run_in_bands
+from rig.compute.kernel import kernel
 from rig.epipolar.drift_fit import drift_of_all, light_of
-from rig.epipolar.halves import HALVES, assign_halves
-from rig.epipolar.kernel import kernel
 from rig.epipolar.sampling import pad, sample_points
+from rig.epipolar.search.halves import HALVES, assign_halves
 
 MISFIT_LIMIT = 3.0
 _SUMS = 9

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.bands import run_in_bands, run_side_by_side
-from rig.epipolar.kernel import kernel
+from rig.compute.bands import run_in_bands, run_side_by_side
+from rig.compute.kernel import kernel
 from rig.epipolar.rank import highest, jumps, lowest
 
 _BLOCK = 128

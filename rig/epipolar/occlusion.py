@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.bands import run_in_bands
-from rig.epipolar.halves import HALVES, assign_halves
-from rig.epipolar.kernel import kernel
+from rig.compute.bands import run_in_bands
+from rig.compute.kernel import kernel
+from rig.epipolar.search.halves import HALVES, assign_halves
 
 
 def hidden_points(

@@ -6,21 +6,21 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.bands import run_in_bands
-from rig.epipolar.cross_check import is_one_sided
-from rig.epipolar.cross_noise import measure_cross_noise
-from rig.epipolar.first_match import FirstMatch
-from rig.epipolar.fitting import fit_together
-from rig.epipolar.mending import Mending
-from rig.epipolar.noise_model import CrossNoise, NoiseModel
-from rig.epipolar.placement import on_their_lines
+from rig.compute.bands import run_in_bands
+from rig.epipolar.mending.first_match import FirstMatch
+from rig.epipolar.mending.fitting import fit_together
+from rig.epipolar.mending.mending import Mending
+from rig.epipolar.mending.usable import keep, seen_views, strange_views
+from rig.epipolar.noise.cross import measure_cross_noise
+from rig.epipolar.noise.model import CrossNoise, NoiseModel
+from rig.epipolar.placement.placement import on_their_lines
 from rig.epipolar.sampling import pad
 from rig.epipolar.scales import Scales, noise_of, stabilise
-from rig.epipolar.search import Effort, effort_of
-from rig.epipolar.shrink import grow
-from rig.epipolar.usable import keep, seen_views, strange_views
+from rig.epipolar.search.cross_check import is_one_sided
+from rig.epipolar.search.search import Effort, effort_of
+from rig.epipolar.search.shrink import grow
+from rig.epipolar.search.window import Cameras, Window
 from rig.epipolar.views import RectifiedViews
-from rig.epipolar.window import Cameras, Window
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.bands import run_in_bands
-from rig.epipolar.kernel import kernel
+from rig.compute.bands import run_in_bands
+from rig.compute.kernel import kernel
 from rig.epipolar.spline import INVERSE
 
 _PAD = 2

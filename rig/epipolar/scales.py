@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.noise import blocks_of_all
-from rig.epipolar.noise_model import NoiseModel, estimate_noise
+from rig.epipolar.noise.model import NoiseModel, estimate_noise
+from rig.epipolar.noise.white import blocks_of_all
 from rig.epipolar.rank import quantile
 from rig.epipolar.spline import INVERSE
 

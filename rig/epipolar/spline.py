@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.kernel import kernel
+from rig.compute.kernel import kernel
 
 Float = NDArray[np.float64]
 Coefficients = NDArray[np.float32]

@@ -10,8 +10,8 @@ inverse of the normal matrix its variance.
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.bands import run_in_bands
-from rig.epipolar.kernel import kernel
+from rig.compute.bands import run_in_bands
+from rig.compute.kernel import kernel
 from rig.epipolar.rank import highest
 
 _SUMS = 11

@@ -7,9 +7,9 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.mending import Mending
-from rig.epipolar.noise_model import NoiseModel
-from rig.epipolar.placement import Placement
+from rig.epipolar.mending.mending import Mending
+from rig.epipolar.noise.model import NoiseModel
+from rig.epipolar.placement.placement import Placement
 from rig.errors import SlopeError
 
 Float = NDArray[np.float64]

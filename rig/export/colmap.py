@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from rig.depth.files import write_bytes
 from rig.errors import FormatError
 from rig.export import fields
+from rig.files import write_bytes
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import LensModel
 from rig.geometry.pose import Pose

@@ -8,8 +8,8 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from rig.depth.files import read_bytes
 from rig.errors import ConfigError, FormatError
+from rig.files import read_bytes
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import LensModel
 from rig.geometry.pose import Pose

@@ -16,9 +16,9 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from rig.depth.files import write_bytes
 from rig.errors import FormatError
 from rig.export import fields
+from rig.files import write_bytes
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import COEFFICIENTS, LensModel
 from rig.geometry.pose import Pose

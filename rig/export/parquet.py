@@ -4,9 +4,9 @@ import io
 from collections.abc import Sequence
 from pathlib import Path
 
-from rig.depth.files import write_bytes
 from rig.errors import ConfigError
 from rig.export.samples import COLUMNS, Cell
+from rig.files import write_bytes
 
 try:
     import pyarrow as pa

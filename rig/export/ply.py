@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.depth.files import write_bytes
 from rig.errors import FormatError
+from rig.files import write_bytes
 from rig.geometry.rectification import Rectification
 
 _VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("sigma_mm", "<f4")])

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rig.database import Store
-from rig.depth.files import write_bytes
+from rig.files import write_bytes
 
 COLUMNS: tuple[str, ...] = (
     "sweep", "stop", "sample", "role", "direction", "distance_mm", "reached_mm", "taken_at",

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.errors import CalibrationError
-from rig.geometry.calibration.start_cameras import Seen, board_pose, guess_camera
+from rig.geometry.bundle.start_cameras import Seen, board_pose, guess_camera
 from rig.geometry.sighting import Sighting
 
 Float = NDArray[np.float64]

@@ -22,7 +22,7 @@ def find_devices(timeout_s: float) -> tuple[Findings, ...]:
 
 
 def _find_oaks(timeout_s: float) -> list[FoundDevice]:
-    from drivers.oak.inventory import list_oaks
+    from rig_drivers.oak.inventory import list_oaks
 
     return [
         FoundDevice(oak.name, oak.description, oak.other_names, oak.problem)
@@ -33,8 +33,8 @@ def _find_oaks(timeout_s: float) -> list[FoundDevice]:
 def _find_v4l2(_timeout_s: float) -> list[FoundDevice]:
     if not any(Path("/dev").glob("video[0-9]*")):
         return []  # what it takes to ask them is imported for them only
-    from drivers.v4l2.inventory import video_nodes
-    from drivers.v4l2.kernel import LinuxKernel
+    from rig_drivers.v4l2.inventory import video_nodes
+    from rig_drivers.v4l2.kernel import LinuxKernel
 
     return [
         FoundDevice(
@@ -48,8 +48,8 @@ def _find_v4l2(_timeout_s: float) -> list[FoundDevice]:
 
 
 def _find_serial_ports(_timeout_s: float) -> list[FoundDevice]:
-    from drivers.permission import why_not_permitted
-    from drivers.serial_ports import list_serial_ports
+    from rig_drivers.permission import why_not_permitted
+    from rig_drivers.stage.serial_ports import list_serial_ports
 
     return [
         FoundDevice(

@@ -23,9 +23,9 @@ from rig.profile import (
 )
 
 if TYPE_CHECKING:
-    from drivers.oak.eeprom import Eeprom
-    from drivers.oak.sensors import Sensors
-    from sim.world import World
+    from rig_drivers.oak.eeprom import Eeprom
+    from rig_drivers.oak.sensors import Sensors
+    from rig_sim.world import World
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ def open_hardware(profile: Profile) -> Generator[Hardware]:
             stack.enter_context(stage)
             stack.enter_context(camera)
         else:
-            from drivers.together import open_together
+            from rig_drivers.together import open_together
 
             open_together((stage, camera), name=f"profile {profile.name}")
             stack.push(stage)
@@ -127,7 +127,7 @@ class _Bench:
         self._world: World | None = None
         self.clock: Clock = SystemClock()
         if profile.is_simulated(with_stage=uses_stage):
-            from sim.bench import plugged_world
+            from rig_sim.bench import plugged_world
 
             world = stack.enter_context(
                 plugged_world(profile, uses_stage=uses_stage, target_in_hand=target_in_hand)
@@ -137,17 +137,17 @@ class _Bench:
     def camera(self) -> Camera:
         match self._profile.camera:
             case SimCameraConfig() as config:
-                from sim.camera import SimCamera
+                from rig_sim.camera import SimCamera
 
                 return SimCamera(config, self._looked_at())
             case FolderCameraConfig() as config:
-                from drivers.folder import FolderCamera
+                from rig_drivers.stored.folder import FolderCamera
 
                 return FolderCamera(
                     config, self._profile.views, root=Path(config.folder), clock=self.clock
                 )
             case RecordingCameraConfig() as config:
-                from drivers.replay import ReplayCamera
+                from rig_drivers.stored.recording import ReplayCamera
 
                 return ReplayCamera(config, self._profile.views, self.clock)
             case OakCameraConfig() as config:
@@ -156,8 +156,8 @@ class _Bench:
                 return self._v4l2_array(config)
 
     def _v4l2_array(self, config: V4l2CameraConfig) -> Camera:
-        from drivers.camera_array import CameraArray
-        from drivers.v4l2 import LinuxKernel, V4l2Camera
+        from rig_drivers.array.camera_array import CameraArray
+        from rig_drivers.v4l2 import LinuxKernel, V4l2Camera
 
         views = [view.name for view in self._profile.views]
         kernel = LinuxKernel()
@@ -170,7 +170,7 @@ class _Bench:
         )
 
     def _oaks(self, config: OakCameraConfig) -> Camera:
-        from drivers.oak.camera import OakCamera
+        from rig_drivers.oak.camera import OakCamera
 
         views = [view.name for view in self._profile.views]
         cameras = [
@@ -184,7 +184,7 @@ class _Bench:
         ]
         if len(cameras) == 1:
             return cameras[0]
-        from drivers.camera_array import CameraArray
+        from rig_drivers.array.camera_array import CameraArray
 
         return CameraArray(
             cameras,
@@ -198,11 +198,11 @@ class _Bench:
         self, config: OakCameraConfig, device: str, sockets: Mapping[str, str]
     ) -> "Sensors":
         if not config.is_simulated:
-            from drivers.oak.device_sensors import DeviceSensors
+            from rig_drivers.oak.device_sensors import DeviceSensors
 
             return DeviceSensors(config, device, sockets)
-        from drivers.oak.host_sensors import HostSensors
-        from sim.oak import SimOakRack
+        from rig_drivers.oak.host_sensors import HostSensors
+        from rig_sim.oak import SimOakRack
 
         return HostSensors(
             SimOakRack(config, self._looked_at(), device=device, views=tuple(sockets))
@@ -216,15 +216,15 @@ class _Bench:
     def stage(self, config: StageConfig) -> Stage:
         match config:
             case GrblStageConfig():
-                from drivers.grbl import grbl_stage
+                from rig_drivers.grbl.controller import grbl_stage
 
                 return grbl_stage(config, self.clock)
             case ZaberStageConfig():
-                from drivers.zaber import zaber_stage
+                from rig_drivers.zaber.controller import zaber_stage
 
                 return zaber_stage(config, self.clock)
             case MarlinStageConfig():
-                from drivers.marlin import marlin_stage
+                from rig_drivers.marlin.controller import marlin_stage
 
                 return marlin_stage(config, self.clock)
 
@@ -240,7 +240,7 @@ def oak_eeprom(device: str) -> Generator["Eeprom"]:
         ConfigError: the extra `oak` is not installed.
         DeviceNotFoundError: it is not there or cannot be opened.
     """
-    from drivers.oak.eeprom import open_eeprom
+    from rig_drivers.oak.eeprom import open_eeprom
 
     with open_eeprom(device) as eeprom:
         yield eeprom
@@ -264,6 +264,6 @@ def serve_simulated_stage(
     Raises:
         ConfigError: the profile has no `[world]`, or the TCP port is taken.
     """
-    from sim.bench import serve_stage
+    from rig_sim.bench import serve_stage
 
     serve_stage(profile, protocol, on_ready, tcp_port=tcp_port)

@@ -11,10 +11,10 @@ from rig.curve import Curve
 from rig.database import Measurement, Sample, SampleKey, Store, StoredCurve, Sweep
 from rig.epipolar import RectifiedViews
 from rig.frames import GreyImage
+from rig.optics.rectifier import Rectifier
 from rig.profile import Profile
-from rig.rectified import Rectifier
 from rig.sweep.conclude import SweepResult, stored_profile, stored_rectifier
-from rig.sweep.measure import CORNERS, OUTLINE
+from rig.sweep.measure_sample import CORNERS, OUTLINE
 
 MOST_FAILURES_SHOWN = 3
 

@@ -56,7 +56,7 @@ def write_calibration_page(path: Path, shown: "ShownCalibration") -> Path:
 
 
 def _write_atomically(path: Path, text: str) -> None:
-    from rig.depth.files import put_in_place  # noqa: PLC0415 - its package brings numpy
+    from rig.files import put_in_place  # noqa: PLC0415 - its package brings numpy
 
     with explained("write the report", path):
         put_in_place(path, text.encode())

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.curve import BoardTilt, FieldFit, fit_field
-from rig.rectified import Rectifier
+from rig.optics.rectifier import Rectifier
 from rig.sweep.points import StopResult
 
 Float = NDArray[np.float64]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig.rectified import Rectifier
+from rig.optics.rectifier import Rectifier
 from rig.sweep.points import StopResult
 
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from rig.curve import CurvePoint, FieldTerm
 from rig.database import Measurement, Sample, SampleKey
+from rig.optics.rectifier import Rectifier
 from rig.plan import Stop
-from rig.rectified import Rectifier
-from rig.sweep.measure import CORNERS, EPIPOLAR, PLANE_SIGMA, TRACK_RESIDUAL
+from rig.sweep.measure_sample import CORNERS, EPIPOLAR, PLANE_SIGMA, TRACK_RESIDUAL
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,13 +11,13 @@ from rig.devices import SystemClock
 from rig.errors import ConfigError, RigError, StoreError, TargetError
 from rig.hardware.opening import Hardware
 from rig.interrupts import Interrupts
+from rig.optics.rectifier import Rectifier, rectifier_of
 from rig.plan import Stop
 from rig.profile import Profile
-from rig.rectified import Rectifier, rectifier_of
 from rig.standstill import stopped
 from rig.sweep.conclude import SweepResult, conclude_sweep, stored_profile
-from rig.sweep.measure import measure_sample
-from rig.sweep.measuring import MeasuringThread
+from rig.sweep.measure_sample import measure_sample
+from rig.sweep.measuring_thread import MeasuringThread
 from rig.sweep.points import StopResult, axis_slopes_px, stop_results
 from rig.sweep.request import SweepRequest, SweepSetup, plan_of, sweep_setup
 from rig.sweep.take import SweepTimes, run_sweep

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rig.geometry.calibration import Calibration
+from rig.geometry.bundle import Calibration
 from tests.support.command import Command
 from tests.support.stores import sqlite_url
 

@@ -9,8 +9,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from rig_drivers.grbl.controller import grbl_stage
+from rig_sim.camera import SimCamera
+from rig_sim.carriage import Carriage
+from rig_sim.clock import VirtualClock
+from rig_sim.faults import CameraFault, FaultyCamera, LateViews, LostViews, UnpluggedCamera
+from rig_sim.firmware.grbl import GrblFirmware
+from rig_sim.wire import plug
+from rig_sim.world import World
 
-from drivers.grbl import grbl_stage
 from rig.check.items import Item
 from rig.check.run import CheckRequest, check_rig
 from rig.curve import Curve, fit_curve
@@ -18,16 +25,9 @@ from rig.devices import Stage
 from rig.errors import RigError, StoreError
 from rig.frames import MultiView
 from rig.hardware.opening import Answers
+from rig.optics.rectifier import Rectifier
 from rig.profile import GrblStageConfig, Profile, SimCameraConfig
 from rig.profile.load import load_profile
-from rig.rectified import Rectifier
-from sim.camera import SimCamera
-from sim.carriage import Carriage
-from sim.clock import VirtualClock
-from sim.faults import CameraFault, FaultyCamera, LateViews, LostViews, UnpluggedCamera
-from sim.firmware.grbl import GrblFirmware
-from sim.wire import plug
-from sim.world import World
 from tests.support.command import Command
 from tests.support.curve_points import exact_sweep
 from tests.support.small_sim import SMALL_SIM, as_options

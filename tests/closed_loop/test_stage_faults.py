@@ -1,9 +1,9 @@
 """The fault campaign of the serial stages, thinner than `python -m benchmarks.stage_faults`."""
 
 import pytest
+from rig_sim.wire.faults import HangUp
 
 from benchmarks.stage_faults import STAGES, Tally, campaign, moments_of, sweep_with
-from sim.wire.faults import HangUp
 from tests.support.wire_faults import ENDS_THE_DIALOGUE, MAKERS
 
 

@@ -7,6 +7,21 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
+from rig_sim.bench import make_firmware
+from rig_sim.camera import SimCamera
+from rig_sim.carriage import Carriage
+from rig_sim.clock import VirtualClock
+from rig_sim.faults import (
+    CameraFault,
+    FaultyCamera,
+    LateViews,
+    LostViews,
+    StuckCamera,
+    UnpluggedCamera,
+)
+from rig_sim.wire import plug
+from rig_sim.wire.faults import BrownOut, Fault, FaultyWire, HangUp, Silence
+from rig_sim.world import World
 
 from rig.capture.run import CaptureRequest, capture_depth
 from rig.database import Store, open_store
@@ -19,6 +34,7 @@ from rig.errors import (
     StoreError,
 )
 from rig.hardware.opening import Hardware
+from rig.optics.rectifier import Rectifier
 from rig.profile import (
     MarlinStageConfig,
     Profile,
@@ -26,17 +42,8 @@ from rig.profile import (
     ZaberStageConfig,
 )
 from rig.profile.load import load_profile
-from rig.rectified import Rectifier
 from rig.sweep.request import SweepRequest
 from rig.sweep.run import new_sweep, resumed_sweep, sweep_and_conclude
-from sim.bench import make_firmware
-from sim.camera import SimCamera
-from sim.carriage import Carriage
-from sim.clock import VirtualClock
-from sim.faults import CameraFault, FaultyCamera, LateViews, LostViews, StuckCamera, UnpluggedCamera
-from sim.wire import plug
-from sim.wire.faults import BrownOut, Fault, FaultyWire, HangUp, Silence
-from sim.world import World
 from tests.support.command import Command
 from tests.support.small_sim import SMALL_SIM
 from tests.support.stages import make_stage

@@ -9,15 +9,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from rig_drivers.array.camera_array import CameraArray
+from rig_drivers.stored.folder import FolderCamera
+from rig_drivers.stored.recording import ReplayCamera
+from rig_sim.faults import FaultyCamera, LateViews, LostViews, StuckCamera, UnpluggedCamera
 
-from drivers.camera_array import CameraArray
-from drivers.folder import FolderCamera
-from drivers.replay import ReplayCamera
 from rig.devices import Camera, Clock, SystemClock
 from rig.errors import CaptureTimeoutError, DeviceLostError, ViewSkewError
 from rig.profile import FolderCameraConfig, RecordingCameraConfig, ViewConfig
 from rig.recording import RecordingWriter
-from sim.faults import FaultyCamera, LateViews, LostViews, StuckCamera, UnpluggedCamera
 from tests.support.cameras import SMALL, SmallRig
 from tests.support.video_arrays import VIDEO_PERIOD_S, video_array
 

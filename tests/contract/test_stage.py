@@ -12,8 +12,8 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 
 import pytest
+from rig_drivers.grbl.controller import grbl_stage
 
-from drivers.grbl import grbl_stage
 from rig.devices import Clock, Stage, SystemClock
 from rig.errors import (
     DeviceLostError,

@@ -1,6 +1,6 @@
 """Whatever happens on the wire, no stage ever reports a place where the board is not.
 
-With every protocol, every fault of `sim.wire.faults` strikes at seeded moments of one session:
+With every protocol, every fault of `rig_sim.wire.faults` strikes at seeded moments of one session:
 open, home, move there and back. Then one of two things must hold: all went well and the board
 truly is where it was reported, or one of our errors was told, in bounded time, and the motor stands
 unless the error says that it could not be stopped.
@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import pytest
+from rig_sim.wire.faults import Fault, FaultyWire
 
 from rig.errors import DeviceLostError, RigError
-from sim.wire.faults import Fault, FaultyWire
 from tests.support.stages import MARLIN, STAGE, ZABER, simulated_bench
 from tests.support.wire_faults import ENDS_THE_DIALOGUE, MAKERS, NO_FAULT
 

@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass, field
 
+from rig_sim.camera import SimCamera
+from rig_sim.clock import VirtualClock
+from rig_sim.scenes.catalogue import Scene
+from rig_sim.world import World
+
 from rig.profile import Profile, SimCameraConfig
 from rig.profile.load import load_profile
-from sim.camera import SimCamera
-from sim.clock import VirtualClock
-from sim.scenes.catalogue import Scene
-from sim.world import World
 
 
 @dataclass

@@ -1,13 +1,13 @@
 """The truth of a simulated rig as a calibration: what a perfect `rig calibrate` would find."""
 
 import numpy as np
+from rig_sim.optics import TrueCamera
+from rig_sim.world import Moment
 
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry, StageGeometry
 from rig.profile import Profile
-from sim.optics import TrueCamera
-from sim.world import Moment
 
 
 def true_geometry(profile: Profile, moment: Moment) -> RigGeometry:

@@ -4,15 +4,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from drivers.oak.board import board_socket
-from drivers.oak.camera import OakCamera
-from drivers.oak.host_sensors import HostSensors
-from drivers.oak.sdk import dai
+from rig_drivers.oak.board import board_socket
+from rig_drivers.oak.camera import OakCamera
+from rig_drivers.oak.host_sensors import HostSensors
+from rig_drivers.oak.sdk import dai
+from rig_sim.oak import SensorFaults, SimOakRack
+from rig_sim.world import World
+
 from rig.devices import SystemClock
 from rig.profile import OakCameraConfig, Profile
 from rig.profile.load import load_profile
-from sim.oak import SensorFaults, SimOakRack
-from sim.world import World
 from tests.support.cameras import Slide
 
 SMALL = ("camera.width_px=160", "camera.height_px=100", "world.optics.focal_px=152.5")

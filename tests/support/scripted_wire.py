@@ -2,8 +2,9 @@
 
 from collections.abc import Callable
 
+from rig_sim.wire import Firmware
+
 from rig.devices import Clock
-from sim.wire import Firmware
 from tests.support.stages import Bench
 
 MOVES = (b"$J=", b"move abs", b"G1 ")

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.board_slope import BoardSlope
+from rig.epipolar.board.slope import BoardSlope
 
 Float = NDArray[np.float64]
 

@@ -4,10 +4,16 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from drivers.grbl import grbl_stage
-from drivers.marlin import marlin_stage
-from drivers.serial_stage import SerialStage
-from drivers.zaber import zaber_stage
+from rig_drivers.grbl.controller import grbl_stage
+from rig_drivers.marlin.controller import marlin_stage
+from rig_drivers.stage.serial_stage import SerialStage
+from rig_drivers.zaber.controller import zaber_stage
+from rig_sim.bench import make_firmware
+from rig_sim.carriage import Carriage
+from rig_sim.clock import VirtualClock
+from rig_sim.firmware.zaber import ZaberFirmware
+from rig_sim.wire import Firmware, plug
+
 from rig.devices import Clock
 from rig.profile import (
     CarriageConfig,
@@ -17,11 +23,6 @@ from rig.profile import (
     StageConfig,
     ZaberStageConfig,
 )
-from sim.bench import make_firmware
-from sim.carriage import Carriage
-from sim.clock import VirtualClock
-from sim.firmware.zaber import ZaberFirmware
-from sim.wire import Firmware, plug
 
 URL = "sim://test-stage"
 ZERO_MM = 210.0

@@ -13,7 +13,7 @@ from rig.plan import Stop, plan_stops
 from rig.profile import Profile
 from rig.profile.load import load_profile
 from rig.sweep.conclude import SweepResult, conclude_sweep
-from rig.sweep.measure import CORNERS, OUTLINE, TRACK_RESIDUAL
+from rig.sweep.measure_sample import CORNERS, OUTLINE, TRACK_RESIDUAL
 from tests.support.board_images import BoardScene, digitised
 
 SCENE = BoardScene(width=320, height=200, focal_px=305.0)

@@ -3,8 +3,9 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from drivers.camera_array import CameraArray
-from drivers.v4l2 import V4l2Camera
+from rig_drivers.array.camera_array import CameraArray
+from rig_drivers.v4l2 import V4l2Camera
+
 from rig.devices import Clock, SystemClock
 from rig.profile import V4l2CameraConfig
 from tests.support.video_kernel import FakeDevice, FakeVideoKernel

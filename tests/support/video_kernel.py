@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+from rig_drivers.v4l2 import abi, structures
+from rig_drivers.v4l2.kernel import FAILED, READABLE, Argument
 
-from drivers.v4l2 import abi, structures
-from drivers.v4l2.kernel import FAILED, READABLE, Argument
 from rig.devices import Clock
 
 Entry = TypeVar("Entry")
@@ -109,7 +109,7 @@ class _Session:
 
 
 class FakeVideoKernel:
-    """Keeps `drivers.v4l2.Kernel`; time is the clock's."""
+    """Keeps `rig_drivers.v4l2.Kernel`; time is the clock's."""
 
     def __init__(self, devices: dict[str, FakeDevice], clock: Clock) -> None:
         self.devices = devices

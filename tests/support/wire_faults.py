@@ -3,7 +3,7 @@
 import random
 from collections.abc import Callable
 
-from sim.wire.faults import (
+from rig_sim.wire.faults import (
     BrownOut,
     Delay,
     Drop,

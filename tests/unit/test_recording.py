@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 from numpy.typing import NDArray
+from rig_drivers.stored.recording import ReplayCamera
 
-from drivers.replay import ReplayCamera
 from rig.devices import SystemClock
 from rig.errors import DeviceLostError, DeviceNotFoundError, StoreError
 from rig.frames import Frame, GreyImage, MultiView

@@ -9,14 +9,14 @@ import pytest
 from rig.capture.run import require_matching
 from rig.database import StoredCalibration, StoredCurve
 from rig.epipolar import Label, NoiseModel, SlopeMap
-from rig.epipolar.calibrated_views import CalibratedViews
 from rig.epipolar.views import RectifiedViews
 from rig.errors import ConfigError, CurveError, SlopeError
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.rig_geometry_json import geometry_to_json
+from rig.optics.calibrated_views import CalibratedViews
+from rig.optics.rectifier import Rectifier, rectifier_of
 from rig.profile import NoiseConfig, Profile
-from rig.rectified import Rectifier, rectifier_of
 from tests.support.cameras import SMALL, SmallRig
 from tests.support.geometry import true_geometry
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rig.geometry.calibration.result import Residuals
+from rig.geometry.bundle.result import Residuals
 from rig.report.calibration.shown import ShownCalibration
 from rig.report.figures import (
     BLUE,

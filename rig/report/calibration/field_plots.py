@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.geometry.calibration.depth_error import depth_sigma_mm
+from rig.geometry.bundle.depth_error import depth_sigma_mm
 from rig.geometry.camera_model import CameraModel
 from rig.report.calibration.shown import ShownCalibration
 from rig.report.calibration.view_panels import draw_views

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.frames import GreyImage
-from rig.geometry.calibration.result import Calibration, Residuals
+from rig.geometry.bundle.result import Calibration, Residuals
 
 Float = NDArray[np.float64]
 

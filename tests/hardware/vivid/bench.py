@@ -4,10 +4,11 @@ import ctypes
 import subprocess
 from pathlib import Path
 
-from drivers.camera_array import CameraArray
-from drivers.v4l2 import LinuxKernel, V4l2Camera
-from drivers.v4l2.controls import Controls, ControlValue
-from drivers.v4l2.node import Node
+from rig_drivers.array.camera_array import CameraArray
+from rig_drivers.v4l2 import LinuxKernel, V4l2Camera
+from rig_drivers.v4l2.controls import Controls, ControlValue
+from rig_drivers.v4l2.node import Node
+
 from rig.devices import SystemClock
 from rig.profile import V4l2CameraConfig
 

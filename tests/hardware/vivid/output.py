@@ -10,7 +10,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from drivers.v4l2 import abi, structures
+from rig_drivers.v4l2 import abi, structures
+
 from rig.frames import GreyImage
 
 _OUTPUT = 2

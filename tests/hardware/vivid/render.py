@@ -4,11 +4,11 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
+from rig_sim.camera import SimCamera
+from rig_sim.clock import VirtualClock
+from rig_sim.world import World
 
 from rig.frames import GreyImage
-from sim.camera import SimCamera
-from sim.clock import VirtualClock
-from sim.world import World
 from tests.hardware.vivid.sweep_bench import VARIANTS, places_mm, simulated_profile, stops
 from tests.support.cameras import Slide, SmallRig
 

@@ -9,12 +9,12 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from rig_sim.carriage import Carriage
 
 from rig.plan import Stop
 from rig.profile import Profile
 from rig.profile.load import load_profile, parse_profile
 from rig.sweep.request import SweepRequest, plan_of
-from sim.carriage import Carriage
 from tests.hardware.vivid.output import VideoOutput
 
 VIEWS: Final = ("centre", "right")

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rig.geometry.board import Board
-from rig.geometry.corners import find_corners
+from rig.targets.checkerboard import Board
+from rig.targets.corners import find_corners
 from tests.hardware.vivid.bench import one_camera, output_path, use_loop, use_webcam
 from tests.hardware.vivid.guest import RESULTS
 from tests.hardware.vivid.output import VideoOutput

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rig_drivers.v4l2 import LinuxKernel, video_nodes
+from rig_drivers.v4l2.controls import Controls
+from rig_drivers.v4l2.formats import Mode, pixel_formats, rate_offers, size_offers
+from rig_drivers.v4l2.node import Node
 
-from drivers.v4l2 import LinuxKernel, video_nodes
-from drivers.v4l2.controls import Controls
-from drivers.v4l2.formats import Mode, pixel_formats, rate_offers, size_offers
-from drivers.v4l2.node import Node
 from rig.errors import ConfigError, DeviceNotFoundError
 from tests.hardware.vivid.bench import capture_path, one_camera, use_webcam, v4l2_ctl
 

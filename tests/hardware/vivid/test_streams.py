@@ -4,8 +4,8 @@ import itertools
 
 import numpy as np
 import pytest
+from rig_drivers.array.camera_array import CameraArray
 
-from drivers.camera_array import CameraArray
 from rig.errors import CaptureTimeoutError, DeviceLostError, DeviceNotFoundError
 from tests.hardware.vivid.bench import (
     camera_array,

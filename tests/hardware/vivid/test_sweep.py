@@ -12,14 +12,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rig_sim.carriage import Carriage
+from rig_sim.firmware.grbl import GrblFirmware
+from rig_sim.wire.serve import serve_on_pty
 
 from rig.devices import SystemClock
 from rig.hardware.opening import open_hardware
 from rig.recording import RecordingWriter
 from rig.sweep.take import SweepTimes, run_sweep
-from sim.carriage import Carriage
-from sim.firmware.grbl import GrblFirmware
-from sim.wire.serve import serve_on_pty
 from tests.hardware.vivid.bench import (
     capture_path,
     output_path,

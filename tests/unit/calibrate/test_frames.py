@@ -5,8 +5,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from rig_drivers.stored.folder import FolderCamera
 
-from drivers.folder import FolderCamera
 from rig.calibrate.frames import stored_pictures
 from rig.devices import SystemClock
 from rig.errors import ConfigError, DeviceLostError

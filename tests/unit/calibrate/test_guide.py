@@ -6,6 +6,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from rig_sim.clock import VirtualClock
 
 from rig.calibrate.coverage import coverage_of
 from rig.calibrate.guide import advise
@@ -14,9 +15,8 @@ from rig.calibrate.pictures import Picture
 from rig.calibrate.sight import Sighted, Tally, sight
 from rig.errors import TargetError
 from rig.frames import Frame, MultiView
-from rig.geometry.board import Board
-from rig.geometry.targets import Detection
-from sim.clock import VirtualClock
+from rig.targets import Detection
+from rig.targets.checkerboard import Board
 from tests.support.board_images import BoardScene
 
 BOARD = Board(9, 6, 25.0)

@@ -11,9 +11,9 @@ import pytest
 from rig.capture.live import CaptureTally, Measured, run_capture
 from rig.errors import SlopeError
 from rig.frames import Frame, MultiView
+from rig.optics.rectifier import Rectifier
 from rig.profile import Profile
 from rig.profile.load import load_profile
-from rig.rectified import Rectifier
 from tests.support.lightfield import (
     Surface,
     disc,

@@ -5,8 +5,11 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
+from rig_sim.camera import SimCamera
+from rig_sim.clock import VirtualClock
+from rig_sim.world import World
 
-from rig.check.geometry import geometry_drift, judge_geometry
+from rig.check.geometry_drift import geometry_drift, judge_geometry
 from rig.database import StoredCalibration
 from rig.errors import ConfigError
 from rig.frames import Frame, MultiView
@@ -16,9 +19,6 @@ from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.rig_geometry_json import geometry_to_json
 from rig.profile.load import load_profile
-from sim.camera import SimCamera
-from sim.clock import VirtualClock
-from sim.world import World
 from tests.support.small_sim import SMALL_SIM
 
 PROFILE = load_profile("sim", SMALL_SIM)

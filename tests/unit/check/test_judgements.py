@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from rig.check.arrangement import judge_arrangement
-from rig.check.drift import judge_curve
+from rig.check.curve_drift import judge_curve
 from rig.check.items import failed, graded, worst
 from rig.check.locks import judge_locks
-from rig.check.moves import Arrival, judge_repeatability, judge_travel, repeatability
 from rig.check.photon_transfer import PhotonTransfer
 from rig.check.pictures import judge_noise
+from rig.check.stage import Arrival, judge_repeatability, judge_travel, repeatability
 from rig.check.stills import Exposed, ViewStills
 from rig.check.storage import judge_room
 from rig.check.timing import judge_drops, judge_rate, judge_skew, streamed

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from rig.check.reach import Reach, Sighted, judge_reach, predict_reach
-from rig.geometry.board import Board
-from rig.geometry.corners import Corners
+from rig.targets.checkerboard import Board
+from rig.targets.corners import Corners
 
 BOARD = Board(9, 6, 25.0)
 FOCAL_PX = 600.0

@@ -10,17 +10,17 @@ import cv2
 import numpy as np
 import pytest
 import typer
+from rig_drivers.stored.folder import FolderCamera
 
-from drivers.folder import FolderCamera
 from rig.cli.compare import compare
 from rig.compare.frames import METHODS, compare_frames
 from rig.compare.run import CompareRequest, compare_methods
 from rig.database import open_store
 from rig.devices import SystemClock
 from rig.errors import ConfigError, SlopeError, StoreError
+from rig.optics.rectifier import Rectifier
 from rig.profile import FolderCameraConfig
 from rig.profile.load import load_profile
-from rig.rectified import Rectifier
 from tests.support.lightfield import (
     Surface,
     disc,

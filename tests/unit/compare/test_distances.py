@@ -8,7 +8,7 @@ from rig.compare.comparison import distance_scores
 from rig.compare.distances import NAMES, WITH_PLANE, BoardError, BoardErrors, compare_distances
 from rig.curve import Curve
 from rig.database import Store
-from rig.rectified import Rectifier
+from rig.optics.rectifier import Rectifier
 from tests.support.sweeps import SweepRecipe, bench_profile, stored_sweep
 
 RECIPE = SweepRecipe(

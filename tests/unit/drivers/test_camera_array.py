@@ -7,9 +7,9 @@ from collections import deque
 from dataclasses import replace
 
 import pytest
+from rig_drivers.array.camera_array import CameraArray
+from rig_drivers.v4l2 import abi
 
-from drivers.camera_array import CameraArray
-from drivers.v4l2 import abi
 from rig.errors import (
     CaptureTimeoutError,
     ConfigError,

@@ -3,8 +3,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from rig_drivers.stored.folder import FolderCamera
 
-from drivers.folder import FolderCamera
 from rig.devices import SystemClock
 from rig.errors import ConfigError, DeviceError, DeviceLostError, DeviceNotFoundError
 from rig.profile import FolderCameraConfig, ViewConfig

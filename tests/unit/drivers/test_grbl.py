@@ -1,15 +1,15 @@
 """The GRBL stage against the simulated controller: truth, opening and homing."""
 
 import pytest
+from rig_drivers.grbl.controller import grbl_stage
+from rig_sim.clock import VirtualClock
 
-from drivers.grbl import grbl_stage
 from rig.errors import (
     ConfigError,
     DeviceNotFoundError,
     StageAlarmError,
     StageTimeoutError,
 )
-from sim.clock import VirtualClock
 from tests.support.scripted_wire import Scripted, scripted
 from tests.support.stages import (
     CARRIAGE,

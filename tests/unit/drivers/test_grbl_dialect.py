@@ -3,9 +3,7 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from drivers.dialogue import Noise
-from drivers.grbl_dialect import (
+from rig_drivers.grbl.dialect import (
     Alarm,
     Banner,
     Dialect,
@@ -19,6 +17,8 @@ from drivers.grbl_dialect import (
     parse_reply,
     refusal_text,
 )
+from rig_drivers.stage.dialogue import Noise
+
 from tests.support.word_salad import salad
 
 HOME = (-2.0, 0.0, 0.0)

@@ -1,9 +1,9 @@
 """What a controller's settings mean for the axis of the board."""
 
 import pytest
+from rig_drivers.grbl.settings import check_axis, read_axis
+from rig_drivers.stage.travel import distance_mm, machine_mm
 
-from drivers.grbl_settings import check_axis, read_axis
-from drivers.travel import distance_mm, machine_mm
 from rig.errors import ConfigError
 from rig.profile import GrblStageConfig
 from tests.support.stages import STAGE

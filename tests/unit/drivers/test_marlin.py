@@ -1,8 +1,8 @@
 """The Marlin stage against a simulated controller: truth, opening and homing."""
 
 import pytest
+from rig_drivers.marlin.dialect import numbered_line
 
-from drivers.marlin_dialect import numbered_line
 from rig.errors import (
     ConfigError,
     DeviceNotFoundError,

@@ -15,8 +15,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from rig_drivers.marlin.controller import marlin_stage
 
-from drivers.marlin import marlin_stage
 from rig.devices import SystemClock
 from rig.errors import StageAlarmError
 from rig.profile import MarlinStageConfig

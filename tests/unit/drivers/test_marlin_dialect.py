@@ -3,9 +3,7 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from drivers.dialogue import Noise
-from drivers.marlin_dialect import (
+from rig_drivers.marlin.dialect import (
     Busy,
     Ok,
     Position,
@@ -18,9 +16,11 @@ from drivers.marlin_dialect import (
     parse_reply,
     trouble_text,
 )
-from drivers.marlin_settings import MarlinAxis, read_axis, travel_time_s
+from rig_drivers.marlin.settings import MarlinAxis, read_axis, travel_time_s
+from rig_drivers.stage.dialogue import Noise
+from rig_sim.motion import trapezoid
+
 from rig.errors import ConfigError
-from sim.motion import trapezoid
 from tests.support.word_salad import salad
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rig_drivers.oak.answer import Answer, parse_answer
+from rig_drivers.oak.inventory import joined, list_oaks
+from rig_drivers.usb import MOVIDIUS, UsbDevice, usb_devices
 
-from drivers.oak.answer import Answer, parse_answer
-from drivers.oak.inventory import joined, list_oaks
-from drivers.usb import MOVIDIUS, UsbDevice, usb_devices
 from rig.errors import ConfigError, DeviceNotFoundError
 
 ON_USB = UsbDevice("1-4", MOVIDIUS, "2485", "Movidius MyriadX", "03e72485", Path("/dev/null"))

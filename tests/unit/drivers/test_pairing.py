@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-
-from drivers.pairing import Pairing
+from rig_drivers.array.pairing import Pairing
 
 PERIOD_S = 0.1
 

@@ -7,8 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-
-from drivers.permission import why_not_permitted
+from rig_drivers.permission import why_not_permitted
 
 
 def test_a_file_of_ones_own_may_be_opened(tmp_path: Path):
@@ -28,7 +27,7 @@ def test_the_group_or_the_udev_rule_is_named(group: int, advice: str):
         os.chown(path, 0, group)
         program = (
             f"import os, sys; sys.path[:] = {sys.path!r}; from pathlib import Path; "
-            "from drivers.permission import why_not_permitted; "
+            "from rig_drivers.permission import why_not_permitted; "
             "os.setgroups([]); os.setgid(65534); os.setuid(65534); "
             f"print(why_not_permitted(Path({str(path)!r})))"
         )

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import pytest
+from rig_drivers.stage.serial_line import LONGEST_LINE, SerialLine
 
-from drivers.serial_line import LONGEST_LINE, SerialLine
 from rig.devices import SystemClock
 from rig.errors import DeviceLostError, DeviceNotFoundError
 

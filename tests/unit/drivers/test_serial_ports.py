@@ -3,9 +3,14 @@
 from pathlib import Path
 
 import pytest
+from rig_drivers.stage.serial_line import SerialLine
+from rig_drivers.stage.serial_ports import (
+    SerialPort,
+    list_serial_ports,
+    path_of_adapter,
+    stable_paths,
+)
 
-from drivers.serial_line import SerialLine
-from drivers.serial_ports import SerialPort, list_serial_ports, path_of_adapter, stable_paths
 from rig.devices import SystemClock
 from rig.errors import DeviceNotFoundError
 

@@ -6,8 +6,8 @@ from types import TracebackType
 from typing import Self
 
 import pytest
+from rig_drivers.together import close_together, open_together
 
-from drivers.together import close_together, open_together
 from rig.errors import DeviceNotFoundError
 from rig.hardware.opening import open_hardware
 from rig.profile.load import load_profile

@@ -3,9 +3,8 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from drivers.dialogue import Noise
-from drivers.zaber_message import (
+from rig_drivers.stage.dialogue import Noise
+from rig_drivers.zaber.message import (
     Alert,
     Answer,
     Info,
@@ -14,7 +13,8 @@ from drivers.zaber_message import (
     command_line,
     parse_message,
 )
-from drivers.zaber_words import flag_text, refusal_text
+from rig_drivers.zaber.words import flag_text, refusal_text
+
 from tests.support.word_salad import salad
 
 

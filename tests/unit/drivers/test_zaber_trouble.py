@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import pytest
+from rig_sim.firmware.zaber import ZaberFirmware
 
 from rig.errors import (
     DeviceLostError,
@@ -10,7 +11,6 @@ from rig.errors import (
     StagePositionError,
     StageTimeoutError,
 )
-from sim.firmware.zaber import ZaberFirmware
 from tests.support.scripted_wire import Scripted, during_the_move, scripted
 from tests.support.stages import (
     MICROSTEP_MM,

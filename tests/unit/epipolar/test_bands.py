@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from rig.epipolar.bands import run_in_bands, run_side_by_side
+from rig.compute.bands import run_in_bands, run_side_by_side
 
 
 def test_bands_cover_every_index_once_even_within_bands() -> None:

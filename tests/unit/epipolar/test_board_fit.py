@@ -5,10 +5,10 @@ import pytest
 from numpy.typing import NDArray
 
 from rig.epipolar import RectifiedViews
-from rig.epipolar.board_fit import fit_board_slope
+from rig.epipolar.board.fit import fit_board_slope
 from rig.errors import SlopeError, TargetError
-from rig.geometry.board import Board
-from rig.geometry.corners import Corners, find_corners
+from rig.targets.checkerboard import Board
+from rig.targets.corners import Corners, find_corners
 from tests.support.board_images import BoardScene, digitised
 from tests.support.slope_bound import slope_bound_px
 

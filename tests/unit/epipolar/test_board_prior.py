@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rig.epipolar.board_prior import dense_board_slope, plane_prior
-from rig.epipolar.board_slope import BoardSlope
+from rig.epipolar.board.dense import dense_board_slope, plane_prior
+from rig.epipolar.board.slope import BoardSlope
 from rig.epipolar.views import SlopeMap
 from rig.errors import SlopeError
 

@@ -6,11 +6,11 @@ import pytest
 from numpy.typing import NDArray
 
 from rig.epipolar import RectifiedViews
-from rig.epipolar.board_fit import fit_board_slope
-from rig.epipolar.board_slope import BoardSlope
-from rig.epipolar.corner_tracks import fit_corner_tracks
-from rig.geometry.board import Board
-from rig.geometry.corners import find_corners
+from rig.epipolar.board.corner_tracks import fit_corner_tracks
+from rig.epipolar.board.fit import fit_board_slope
+from rig.epipolar.board.slope import BoardSlope
+from rig.targets.checkerboard import Board
+from rig.targets.corners import find_corners
 from tests.support.board_degradations import skewed, tilted_light, vignetted
 from tests.support.board_images import BoardScene, blurred, digitised
 

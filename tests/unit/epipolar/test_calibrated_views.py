@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from rig.epipolar.board_fit import fit_board_slope
-from rig.epipolar.calibrated_views import CalibratedViews
+from rig.epipolar.board.fit import fit_board_slope
 from rig.errors import SlopeError
-from rig.geometry.board import Board
-from rig.geometry.corners import find_corners
 from rig.geometry.rectification import Rectification, rectify
+from rig.optics.calibrated_views import CalibratedViews
+from rig.targets.checkerboard import Board
+from rig.targets.corners import find_corners
 from tests.support.cameras import SmallRig
 from tests.support.geometry import true_geometry
 

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 
 from rig.epipolar import estimate_slopes
-from rig.epipolar.cross_check import is_one_sided
-from rig.epipolar.window import Cameras
+from rig.epipolar.search.cross_check import is_one_sided
+from rig.epipolar.search.window import Cameras
 from tests.unit.epipolar.conftest import Scene
 
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rig.epipolar.cross_noise import measure_cross_noise
-from rig.epipolar.noise_model import CrossNoise
+from rig.epipolar.noise.cross import measure_cross_noise
+from rig.epipolar.noise.model import CrossNoise
 from rig.epipolar.scales import noise_of
-from rig.epipolar.window import Cameras
+from rig.epipolar.search.window import Cameras
 from tests.support.lightfield import (
     Surface,
     everywhere,

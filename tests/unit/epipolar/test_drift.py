@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from rig.epipolar import RectifiedViews, SlopePrior, estimate_slopes
 from rig.epipolar.drift import coarse_drift, local_drift, variance_of_slopes
-from rig.epipolar.first_match import first_match
+from rig.epipolar.mending.first_match import first_match
 from rig.epipolar.sampling import pad
 from rig.epipolar.scales import measure_scales
-from rig.epipolar.window import Cameras, window_of
+from rig.epipolar.search.window import Cameras, window_of
 from tests.support.lightfield import (
     Surface,
     everywhere,

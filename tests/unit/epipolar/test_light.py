@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rig.epipolar import RectifiedViews, SlopeMap, estimate_slopes
-from rig.epipolar.light import LightField, fit_light
+from rig.epipolar.mending.light import LightField, fit_light
 from tests.support.lightfield import (
     Surface,
     disc,

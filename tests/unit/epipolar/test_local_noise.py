@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from rig.epipolar.line import LineFits, fit_lines
-from rig.epipolar.local_noise import line_precision, locking, pooled_share, reply_share
+from rig.epipolar.noise.local import line_precision, locking, pooled_share, reply_share
 from rig.epipolar.scales import Scales
 
 X_STEPS, Y_STEPS = np.arange(-4.0, 5.0), np.zeros(9)

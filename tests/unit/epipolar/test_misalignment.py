@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rig.epipolar.misalignment import fit_misalignment
+from rig.epipolar.board.misalignment import fit_misalignment
 
 X_STEPS, Y_STEPS = np.array([0.0, -1.06, 0.93, 0.0]), np.array([0.0, 0.0, 0.0, 1.08])
 CENTRE_PX = np.array([320.0, 200.0])

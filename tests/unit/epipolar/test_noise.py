@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from rig.epipolar.noise import noise_grey
+from rig.epipolar.noise.white import noise_grey
 from rig.epipolar.scales import measure_scales, noise_of, stabilise
 from tests.support.lightfield import noise_texture
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rig.epipolar import NoiseModel, RectifiedViews, estimate_slopes
-from rig.epipolar.noise_model import estimate_noise
+from rig.epipolar.noise.model import estimate_noise
 from rig.errors import SlopeError
 from tests.support.lightfield import (
     Array,

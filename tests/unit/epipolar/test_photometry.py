@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rig.epipolar.first_match import first_match
-from rig.epipolar.photometry import equalise
-from rig.epipolar.window import Cameras, Window, window_of
+from rig.epipolar.mending.first_match import first_match
+from rig.epipolar.mending.photometry import equalise
+from rig.epipolar.search.window import Cameras, Window, window_of
 from tests.unit.epipolar.conftest import Scene
 
 Map = NDArray[np.float32]

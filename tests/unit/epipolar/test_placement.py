@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from rig.epipolar import RectifiedViews, estimate_slopes
-from rig.epipolar.placement import Placement, on_their_lines
-from rig.epipolar.placement_equations import Lines
-from rig.epipolar.placement_fit import find_placement
-from rig.epipolar.placement_solve import slope_variance
-from rig.epipolar.window import Cameras
+from rig.epipolar.placement.equations import Lines
+from rig.epipolar.placement.fit import find_placement
+from rig.epipolar.placement.placement import Placement, on_their_lines
+from rig.epipolar.placement.solve import slope_variance
+from rig.epipolar.search.window import Cameras
 from rig.errors import SlopeError
 from tests.support.lightfield import (
     Surface,

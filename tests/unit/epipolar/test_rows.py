@@ -8,9 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 from rig.epipolar import RectifiedViews, SlopeMap, estimate_slopes
-from rig.epipolar.fitting import fit_together
-from rig.epipolar.row_errors import RowErrors
-from rig.epipolar.window import window_of
+from rig.epipolar.mending.fitting import fit_together
+from rig.epipolar.mending.row_errors import RowErrors
+from rig.epipolar.search.window import window_of
 from tests.support.lightfield import (
     Surface,
     disc,

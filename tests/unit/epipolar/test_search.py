@@ -1,7 +1,7 @@
 import numpy as np
 
 from rig.epipolar import RectifiedViews, SlopePrior, estimate_slopes
-from rig.epipolar.window import Cameras, window_of
+from rig.epipolar.search.window import Cameras, window_of
 from tests.unit.epipolar.conftest import Scene
 
 

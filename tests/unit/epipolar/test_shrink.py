@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from rig.epipolar.shrink import grow, shrink
+from rig.epipolar.search.shrink import grow, shrink
 
 
 @pytest.mark.parametrize("factor", [1, 2, 3, 4, 6])

@@ -1,13 +1,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.first_match import first_match
-from rig.epipolar.photometry import equalise
+from rig.epipolar.mending.first_match import first_match
+from rig.epipolar.mending.photometry import equalise
 from rig.epipolar.rank import highest
 from rig.epipolar.sampling import pad
 from rig.epipolar.scales import measure_scales
-from rig.epipolar.sides import choose_sides
-from rig.epipolar.window import Cameras, window_of
+from rig.epipolar.search.sides import choose_sides
+from rig.epipolar.search.window import Cameras, window_of
 from tests.unit.epipolar.conftest import Scene
 
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from rig.epipolar.smooth_field import (
+from rig.epipolar.mending.smooth_field import (
     HELD,
     TERMS,
     SmoothField,

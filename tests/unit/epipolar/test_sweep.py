@@ -1,9 +1,9 @@
 import numpy as np
 
-from rig.epipolar.aggregate import aggregate, winners
-from rig.epipolar.halves import COST_MAX, assign_halves
-from rig.epipolar.narrow import narrow_costs
-from rig.epipolar.sweep import sweep_costs
+from rig.epipolar.search.aggregate import aggregate, winners
+from rig.epipolar.search.halves import COST_MAX, assign_halves
+from rig.epipolar.search.narrow import narrow_costs
+from rig.epipolar.search.plane_sweep import sweep_costs
 
 RNG = np.random.default_rng(5)
 WIDE = RNG.uniform(0, 200, (24, 80)).astype(np.float32)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rig.epipolar import RectifiedViews, estimate_slopes
-from rig.epipolar.usable import seen_views
+from rig.epipolar.mending.usable import seen_views
 from tests.support.lightfield import (
     Field,
     Surface,

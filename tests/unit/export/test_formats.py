@@ -110,7 +110,7 @@ def test_a_lens_that_does_not_fit_is_refused_or_fitted_with_its_error(
 def test_depthai_reads_our_json(tmp_path: Path) -> None:
     if find_spec("depthai") is None:
         pytest.skip("the extra `oak` is not installed")
-    from drivers.oak.sdk import dai  # with its side effects off
+    from rig_drivers.oak.sdk import dai  # with its side effects off
 
     geometry = geometry_with("brown5")
     path = tmp_path / "calibration.json"

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from rig.errors import ConfigError
-from rig.geometry.board import Board
+from rig.targets.checkerboard import Board
 
 
 def test_points_run_right_then_down_from_the_first_corner():

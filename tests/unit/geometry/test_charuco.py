@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rig.errors import ConfigError, TargetError
-from rig.geometry.board import Board
-from rig.geometry.corners import find_corners
-from rig.geometry.targets import CharucoBoard, Target, find_target, full_corners
-from rig.geometry.targets.charuco_board import DICTIONARIES, dictionary_bits
+from rig.targets import CharucoBoard, Target, find_target, full_corners
+from rig.targets.charuco.board import DICTIONARIES, dictionary_bits
+from rig.targets.checkerboard import Board
+from rig.targets.corners import find_corners
 from tests.support.board_images import BoardScene, digitised
 from tests.support.charuco_images import CharucoScene
 

@@ -6,8 +6,8 @@ import pytest
 from numpy.typing import NDArray
 
 from rig.errors import TargetError
-from rig.geometry.board import Board
-from rig.geometry.corners import corner_motion_px, find_corners
+from rig.targets.checkerboard import Board
+from rig.targets.corners import corner_motion_px, find_corners
 from tests.support.board_images import BoardScene, digitised
 
 BOARD = Board(9, 6, 25.0)

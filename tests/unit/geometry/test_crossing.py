@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import multivariate_normal, norm
 
-from rig.geometry.crossing import BLUR, HALF, PARAMETERS, Markers, crossing_model, crossing_shape
+from rig.targets.crossing import BLUR, HALF, PARAMETERS, Markers, crossing_model, crossing_shape
 
 Float = NDArray[np.float64]
 

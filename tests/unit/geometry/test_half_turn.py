@@ -6,9 +6,9 @@ import pytest
 from numpy.typing import NDArray
 
 from rig.errors import CalibrationError
-from rig.geometry.board import Board
 from rig.geometry.half_turn import agree_on_turns
 from rig.geometry.sighting import Sighting
+from rig.targets.checkerboard import Board
 
 BOARD = Board(8, 6, 25.0)
 POINTS = BOARD.points_mm.reshape(-1, 3)

@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from rig.geometry.board import Board
-from rig.geometry.corners import Corners, find_corners
 from rig.geometry.homography import fit_homography, map_points
+from rig.targets.checkerboard import Board
+from rig.targets.corners import Corners, find_corners
 
 BOARD = Board(9, 6, 25.0)
 SHARED = Path(os.environ.get("RIG_SHARED_DATA", Path(__file__).parents[4] / "shared" / "data"))

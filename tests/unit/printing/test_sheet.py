@@ -14,15 +14,15 @@ import pytest
 from numpy.typing import NDArray
 
 from rig.errors import ConfigError
-from rig.geometry.board import Board
-from rig.geometry.targets import CharucoBoard, Target, find_target
-from rig.printing.board_areas import board_areas
-from rig.printing.drawing import Area, Drawing, Rect
-from rig.printing.pdf import pdf_of
-from rig.printing.png import png_of
-from rig.printing.sheet import RULER_MM, draw_sheet, page_mm
-from rig.printing.svg import svg_of
-from rig.printing.write import write_sheet
+from rig.targets import CharucoBoard, Target, find_target
+from rig.targets.checkerboard import Board
+from rig.targets.printing.board_areas import board_areas
+from rig.targets.printing.drawing import Area, Drawing, Rect
+from rig.targets.printing.pdf import pdf_of
+from rig.targets.printing.png import png_of
+from rig.targets.printing.sheet import RULER_MM, draw_sheet, page_mm
+from rig.targets.printing.svg import svg_of
+from rig.targets.printing.write import write_sheet
 from tests.support.command import Command
 
 CHARUCO = CharucoBoard(7, 5, 30.0, 22.5, "4X4_50")

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from rig.errors import StoreError
-from rig.geometry.calibration.calibrate import calibrate
-from rig.geometry.calibration.result import Calibration, Reason, Verdict
+from rig.geometry.bundle.calibrate import calibrate
+from rig.geometry.bundle.result import Calibration, Reason, Verdict
 from rig.report.calibration.parameters import parameter_rows
 from rig.report.calibration.shown import ShownCalibration
 from rig.report.write import write_calibration_page

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rig_sim.cache import PictureCache, cache_folder
+from rig_sim.pictures import CachedRenderer
+from rig_sim.render_analytic import AnalyticRenderer
+from rig_sim.world import Moment
 
-from sim.cache import PictureCache, cache_folder
-from sim.pictures import CachedRenderer
-from sim.render_analytic import AnalyticRenderer
-from sim.world import Moment
 from tests.support.cameras import SMALL, SmallRig
 
 KEY = "ab" + "0" * 62

@@ -3,11 +3,11 @@
 import math
 
 import pytest
+from rig_sim.carriage import Carriage
+from rig_sim.clock import VirtualClock
+from rig_sim.motion import Phase, braking, trapezoid
 
 from rig.profile import CarriageConfig
-from sim.carriage import Carriage
-from sim.clock import VirtualClock
-from sim.motion import Phase, braking, trapezoid
 
 
 def make_carriage(**changes: float) -> Carriage:

@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
+from rig_sim.charuco_print import charuco_print
+from rig_sim.render_analytic import AnalyticRenderer
+from rig_sim.render_mitsuba import MitsubaRenderer
 
 from rig.errors import ConfigError
+from rig.optics.rectifier import Rectifier
+from rig.optics.target import target_of
 from rig.profile import CharucoConfig
-from rig.rectified import Rectifier
-from rig.sweep.measure import measure_sample
-from rig.target import target_of
-from sim.charuco_print import charuco_print
-from sim.render_analytic import AnalyticRenderer
-from sim.render_mitsuba import MitsubaRenderer
+from rig.sweep.measure_sample import measure_sample
 from tests.support.cameras import Slide, SmallRig
 
 CHARUCO = (

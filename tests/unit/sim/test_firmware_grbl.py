@@ -3,11 +3,11 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rig_sim.carriage import Carriage
+from rig_sim.clock import VirtualClock
+from rig_sim.firmware.grbl import GrblFirmware
 
 from rig.profile import CarriageConfig, FirmwareConfig
-from sim.carriage import Carriage
-from sim.clock import VirtualClock
-from sim.firmware.grbl import GrblFirmware
 
 BANNER = ["Grbl 1.1h ['$' for help]", "[MSG:'$H'|'$X' to unlock]"]
 HOME_S = 12.0

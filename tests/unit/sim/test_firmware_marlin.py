@@ -1,12 +1,12 @@
 """The simulated Marlin by its own words."""
 
 import pytest
+from rig_sim.carriage import Carriage
+from rig_sim.clock import VirtualClock
+from rig_sim.firmware.marlin import MarlinFirmware
+from rig_sim.firmware.marlin.lines import Damaged, Taken, check_line
 
 from rig.profile import CarriageConfig, FirmwareConfig, MarlinFirmwareConfig
-from sim.carriage import Carriage
-from sim.clock import VirtualClock
-from sim.firmware.marlin import MarlinFirmware
-from sim.firmware.marlin.lines import Damaged, Taken, check_line
 
 FIRMWARE = FirmwareConfig(travel_mm=120.0, homing_locate_mm_s=20.0, boot_s=1.0)
 

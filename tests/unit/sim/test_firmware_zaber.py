@@ -1,14 +1,14 @@
 """The simulated Zaber chain by its own words."""
 
 import pytest
+from rig_sim.carriage import Carriage
+from rig_sim.clock import VirtualClock
+from rig_sim.firmware.zaber import ZaberFirmware
+from rig_sim.firmware.zaber.messages import read_command, sum_of
 
 from rig.errors import ConfigError
 from rig.profile import CarriageConfig, FirmwareConfig, ZaberFirmwareConfig
 from rig.profile.load import load_profile
-from sim.carriage import Carriage
-from sim.clock import VirtualClock
-from sim.firmware.zaber import ZaberFirmware
-from sim.firmware.zaber.messages import read_command, sum_of
 
 FIRMWARE = FirmwareConfig(travel_mm=120.0, homing_locate_mm_s=20.0)
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
+from rig_sim.world import World
 
 from rig.errors import ConfigError
-from sim.world import World
 from tests.support.cameras import SmallRig
 
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
+from rig_sim.noise import Exposure
 
 from rig.profile.world import SensorConfig, ViewErrorConfig
-from sim.noise import Exposure
 
 SHAPE = (120, 160)
 

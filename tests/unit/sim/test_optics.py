@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from sim.optics import TrueCamera, distorted, rotation_matrix, undistorted
+from rig_sim.optics import TrueCamera, distorted, rotation_matrix, undistorted
 
 MILD = st.floats(-0.1, 0.1)
 

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
+from rig_sim.board import INK, PAPER, Board
+from rig_sim.optics import TrueCamera
+from rig_sim.render_analytic import AnalyticRenderer
 
 from rig.errors import ConfigError
-from sim.board import INK, PAPER, Board
-from sim.optics import TrueCamera
-from sim.render_analytic import AnalyticRenderer
 from tests.support.cameras import SMALL, Slide, SmallRig
 
 FINE = 32

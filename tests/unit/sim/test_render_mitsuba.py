@@ -7,13 +7,13 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from rig_sim.board import Board
+from rig_sim.optics import Array, TrueCamera
+from rig_sim.render_analytic import AnalyticRenderer
+from rig_sim.render_mitsuba import MitsubaRenderer
+from rig_sim.scenes.catalogue import static_surfaces
 
 from rig.errors import ConfigError
-from sim.board import Board
-from sim.optics import Array, TrueCamera
-from sim.render_analytic import AnalyticRenderer
-from sim.render_mitsuba import MitsubaRenderer
-from sim.scenes.catalogue import static_surfaces
 from tests.support.cameras import SMALL, Slide, SmallRig
 
 

@@ -10,16 +10,16 @@ from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 
 import pytest
+from rig_drivers.zaber.controller import zaber_stage
+from rig_sim.bench import plugged_world, serve_stage
+from rig_sim.carriage import Carriage
+from rig_sim.firmware.zaber import ZaberFirmware
+from rig_sim.wire.serve_tcp import serve_on_tcp
 
-from drivers.zaber import zaber_stage
 from rig.devices import SystemClock
 from rig.errors import ConfigError
 from rig.profile import CarriageConfig, FirmwareConfig
 from rig.profile.load import load_profile
-from sim.bench import plugged_world, serve_stage
-from sim.carriage import Carriage
-from sim.firmware.zaber import ZaberFirmware
-from sim.wire.serve_tcp import serve_on_tcp
 from tests.support.stages import ZABER
 
 FAST = FirmwareConfig(

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
-
-from sim.scenes.place import ball, box, ellipse, rectangle, tube
-from sim.surface import Shape, cast
+from rig_sim.scenes.place import ball, box, ellipse, rectangle, tube
+from rig_sim.surface import Shape, cast
 
 ORIGIN = np.zeros(3)
 AHEAD = np.array([[0.0, 0.0, 1.0]])

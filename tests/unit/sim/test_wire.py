@@ -10,15 +10,11 @@ from pathlib import Path
 
 import pytest
 import serial
-
-from drivers.grbl import grbl_stage
-from rig.devices import SystemClock
-from rig.errors import ConfigError
-from rig.profile import CarriageConfig, FirmwareConfig
-from sim.carriage import Carriage
-from sim.firmware.grbl import GrblFirmware
-from sim.wire import plug
-from sim.wire.faults import (
+from rig_drivers.grbl.controller import grbl_stage
+from rig_sim.carriage import Carriage
+from rig_sim.firmware.grbl import GrblFirmware
+from rig_sim.wire import plug
+from rig_sim.wire.faults import (
     Delay,
     Drop,
     Duplicate,
@@ -30,7 +26,11 @@ from sim.wire.faults import (
     Split,
     Trip,
 )
-from sim.wire.serve import serve_on_pty
+from rig_sim.wire.serve import serve_on_pty
+
+from rig.devices import SystemClock
+from rig.errors import ConfigError
+from rig.profile import CarriageConfig, FirmwareConfig
 from tests.support.stages import STAGE, URL, simulated_bench
 
 

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
+from rig_sim.clock import VirtualClock
+from rig_sim.optics import Array
+from rig_sim.world import World
 
 from rig.errors import ConfigError
-from sim.clock import VirtualClock
-from sim.optics import Array
-from sim.world import World
 from tests.support.cameras import SMALL, Slide, SmallRig
 
 

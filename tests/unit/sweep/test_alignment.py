@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from rig.curve import CurvePoint
+from rig.optics.rectifier import Rectifier
 from rig.plan import Stop
 from rig.profile.load import load_profile
-from rig.rectified import Rectifier
 from rig.sweep.alignment import board_field, measure_alignment
 from rig.sweep.calibration_use import calibration_use
 from rig.sweep.points import StopResult, without_field

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from rig.database import Failure, Measurement, Sample, SampleKey
+from rig.optics.rectifier import Rectifier
 from rig.plan import Stop
 from rig.profile.load import load_profile
-from rig.rectified import Rectifier
 from rig.sweep.points import stop_results
 
 RECTIFIER = Rectifier(load_profile("sim"))

@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from typing import cast
 
 import pytest
-
-from drivers.oak.bandwidth import needed_mb_s, require_bandwidth
-from drivers.oak.board import (
+from rig_drivers.oak.bandwidth import needed_mb_s, require_bandwidth
+from rig_drivers.oak.board import (
     Mode,
     board_socket,
     camera_outputs,
@@ -14,7 +13,8 @@ from drivers.oak.board import (
     require_sensors,
     sync_mode,
 )
-from drivers.oak.sdk import dai
+from rig_drivers.oak.sdk import dai
+
 from rig.errors import ConfigError, DeviceNotFoundError
 from rig.profile import OakCameraConfig
 from tests.support.oak import feature, oak_config

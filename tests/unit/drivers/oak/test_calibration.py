@@ -3,8 +3,8 @@
 import json
 
 import pytest
+from rig_drivers.oak.calibration import calibration_fields, sensor_calibrations
 
-from drivers.oak.calibration import calibration_fields, sensor_calibrations
 from rig.errors import ConfigError
 from tests.support.oak import oak_d
 

@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from rig_sim.oak import SensorFaults
 
 from rig.errors import (
     CaptureTimeoutError,
@@ -12,7 +13,6 @@ from rig.errors import (
     DeviceLostError,
     ViewSkewError,
 )
-from sim.oak import SensorFaults
 from tests.support.oak import OakRig
 
 ALL = ("centre", "left", "right", "top")

@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 import pytest
+from rig_drivers.oak.controls import Applied, Controls
+from rig_drivers.oak.sdk import dai
 
-from drivers.oak.controls import Applied, Controls
-from drivers.oak.sdk import dai
 from rig.errors import ControlError
 from tests.support.oak import oak_config
 

@@ -5,10 +5,10 @@ import logging
 from typing import cast
 
 import pytest
+from rig_drivers.oak.bandwidth import link_of
+from rig_drivers.oak.device_sensors import DeviceSensors, prepare_device
+from rig_drivers.oak.sdk import dai
 
-from drivers.oak.bandwidth import link_of
-from drivers.oak.device_sensors import DeviceSensors, prepare_device
-from drivers.oak.sdk import dai
 from rig.errors import ConfigError, DeviceLostError, DeviceNotFoundError
 from tests.support.oak import feature, oak_config, oak_d
 

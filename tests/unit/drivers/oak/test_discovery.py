@@ -1,9 +1,9 @@
 """Which device a profile means, among devices as the library describes them."""
 
 import pytest
+from rig_drivers.oak.discovery import choose_oak, find_oak, found_oaks
+from rig_drivers.oak.sdk import dai
 
-from drivers.oak.discovery import choose_oak, find_oak, found_oaks
-from drivers.oak.sdk import dai
 from rig.errors import DeviceNotFoundError
 
 OK, LOCKED = dai.XLinkError_t.X_LINK_SUCCESS, dai.XLinkError_t.X_LINK_INSUFFICIENT_PERMISSIONS

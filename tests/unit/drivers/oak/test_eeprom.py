@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rig_drivers.oak.calibration import sensor_calibrations
+from rig_drivers.oak.eeprom import Eeprom, eeprom_content, first_difference, parse_calibration
+from rig_drivers.oak.sdk import dai
 
-from drivers.oak.calibration import sensor_calibrations
-from drivers.oak.eeprom import Eeprom, eeprom_content, first_difference, parse_calibration
-from drivers.oak.sdk import dai
 from rig.errors import ConfigError, DeviceLostError
 from rig.export.depthai import write
 from rig.geometry.camera_model import CameraModel

@@ -30,7 +30,7 @@ print(*states[19], *states[-1])  # the allocator settles during the first openin
 DIES = """
 import signal, sys
 from tests.support.oak import OakRig
-from sim.oak import SensorFaults
+from rig_sim.oak import SensorFaults
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have switched it off
 
@@ -51,9 +51,9 @@ with camera:
 FLOOD = """
 import faulthandler, time
 import numpy as np
-from drivers.oak.host_sensors import HostSensors
-from drivers.oak.streams import Streams
-from sim.oak import SimSensorFrame
+from rig_drivers.oak.host_sensors import HostSensors
+from rig_drivers.oak.streams import Streams
+from rig_sim.oak import SimSensorFrame
 
 faulthandler.dump_traceback_later(40, exit=True)
 
@@ -95,7 +95,7 @@ def test_importing_leaves_standard_output_signals_and_telemetry_alone():
     code = (
         "import os, signal\n"
         "before = [signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM, signal.SIGSEGV)]\n"
-        "from drivers.oak.sdk import dai\n"
+        "from rig_drivers.oak.sdk import dai\n"
         "dai.Pipeline(createImplicitDevice=False)\n"
         "assert [signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM, signal.SIGSEGV)]"
         " == before\n"

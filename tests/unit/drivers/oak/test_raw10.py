@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-
-from drivers.oak.raw10 import pack_raw10, packed_bytes, unpack_raw10
+from rig_drivers.oak.raw10 import pack_raw10, packed_bytes, unpack_raw10
 
 shapes = st.tuples(st.integers(1, 7), st.integers(1, 33))
 pictures = shapes.flatmap(

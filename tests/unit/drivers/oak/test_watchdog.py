@@ -1,8 +1,7 @@
 """Who is silent, and who is out of step."""
 
 import pytest
-
-from drivers.oak.watchdog import Watchdog
+from rig_drivers.oak.watchdog import Watchdog
 
 
 def saw(watchdog: Watchdog, view: str, middle_s: float) -> None:

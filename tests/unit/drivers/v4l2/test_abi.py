@@ -5,8 +5,7 @@ import ctypes
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
-from drivers.v4l2 import abi, structures
+from rig_drivers.v4l2 import abi, structures
 
 # Printed by a C program around <linux/videodev2.h> on x86-64. A request number holds the size of
 # its structure, so that these hold the sizes too.

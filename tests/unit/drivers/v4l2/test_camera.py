@@ -5,12 +5,12 @@ from collections import deque
 
 import numpy as np
 import pytest
+from rig_drivers.v4l2 import abi
+from rig_drivers.v4l2.camera import V4l2Camera
+from rig_sim.clock import VirtualClock
 
-from drivers.v4l2 import abi
-from drivers.v4l2.camera import V4l2Camera
 from rig.errors import CaptureTimeoutError, ConfigError, DeviceLostError, DeviceNotFoundError
 from rig.profile import V4l2CameraConfig
-from sim.clock import VirtualClock
 from tests.support.video_kernel import FakeControl, FakeDevice, FakeVideoKernel
 
 PATH = "/dev/v4l/by-path/left"

@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rig_drivers.v4l2 import abi
+from rig_drivers.v4l2.controls import Control, Controls, ControlValue, control_name
+from rig_drivers.v4l2.node import Node
+from rig_drivers.v4l2.settings import exposure_of, settings_for
+from rig_sim.clock import VirtualClock
 
-from drivers.v4l2 import abi
-from drivers.v4l2.controls import Control, Controls, ControlValue, control_name
-from drivers.v4l2.node import Node
-from drivers.v4l2.settings import exposure_of, settings_for
 from rig.errors import ConfigError, DeviceLostError
 from rig.profile import V4l2CameraConfig
-from sim.clock import VirtualClock
 from tests.support.video_kernel import FakeControl, FakeDevice, FakeVideoKernel
 
 PATH = "/dev/v4l/by-path/left"

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rig_drivers.v4l2 import abi
+from rig_drivers.v4l2.formats import Mode, RateOffer, SizeOffer, Steps, nearest_size, set_mode
+from rig_drivers.v4l2.node import Node
+from rig_sim.clock import VirtualClock
 
-from drivers.v4l2 import abi
-from drivers.v4l2.formats import Mode, RateOffer, SizeOffer, Steps, nearest_size, set_mode
-from drivers.v4l2.node import Node
 from rig.errors import ConfigError, DeviceLostError
-from sim.clock import VirtualClock
 from tests.support.video_kernel import FakeDevice, FakeVideoKernel
 
 

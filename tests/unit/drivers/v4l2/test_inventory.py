@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from drivers.v4l2 import abi, video_nodes
-from sim.clock import VirtualClock
+from rig_drivers.v4l2 import abi, video_nodes
+from rig_sim.clock import VirtualClock
+
 from tests.support.video_kernel import FakeControl, FakeDevice, FakeVideoKernel
 
 

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from drivers.v4l2.pixels import DECODERS, PixelError, to_grey
+from rig_drivers.v4l2.pixels import DECODERS, PixelError, to_grey
 
 RANDOM = np.random.default_rng(3)
 EIGHT = RANDOM.integers(0, 256, (6, 10), np.uint8)

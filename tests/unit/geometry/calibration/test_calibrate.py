@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from rig.errors import CalibrationError, ConfigError
-from rig.geometry.calibration import Calibration, calibrate
-from rig.geometry.calibration.geometry_of import rodrigues_by_shared
+from rig.geometry.bundle import Calibration, calibrate
+from rig.geometry.bundle.geometry_of import rodrigues_by_shared
 from rig.geometry.sighting import Sighting
 from tests.support.calibration_scene import (
     HEIGHT,

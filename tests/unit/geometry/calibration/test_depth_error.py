@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from rig.errors import CalibrationError
-from rig.geometry.calibration.depth_error import depth_errors, depth_gradient, depth_sigma_mm
-from rig.geometry.calibration.epipolar import epipolar_error
-from rig.geometry.calibration.result import Residuals
+from rig.geometry.bundle.depth_error import depth_errors, depth_gradient, depth_sigma_mm
+from rig.geometry.bundle.epipolar import epipolar_error
+from rig.geometry.bundle.result import Residuals
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry

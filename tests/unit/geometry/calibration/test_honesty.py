@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rig.geometry.calibration import Calibration, calibrate
-from rig.geometry.calibration.depth_error import depth_sigma_mm
+from rig.geometry.bundle import Calibration, calibrate
+from rig.geometry.bundle.depth_error import depth_sigma_mm
 from rig.geometry.sighting import Sighting
 from tests.support.calibration_scene import (
     HEIGHT,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rig.geometry.calibration.lens_choice import choose_lens, score_lenses
+from rig.geometry.bundle.lens_choice import choose_lens, score_lenses
 from rig.geometry.lens import LensModel
 
 RNG = np.random.default_rng(1)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rig.geometry.calibration.linearise import Target, linearise
-from rig.geometry.calibration.observations import Observations, observe
-from rig.geometry.calibration.unknowns import Free, Unknowns, lay_out
+from rig.geometry.bundle.linearise import Target, linearise
+from rig.geometry.bundle.observations import Observations, observe
+from rig.geometry.bundle.unknowns import Free, Unknowns, lay_out
 from rig.geometry.lens import LensModel
 from tests.support.calibration_scene import flat_board_mm, random_scene, turn
 

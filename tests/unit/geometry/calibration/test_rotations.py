@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rig.geometry.calibration.rotations import rodrigues_by_turn, turn_between, turns
+from rig.geometry.bundle.rotations import rodrigues_by_turn, turn_between, turns
 from rig.geometry.pose import Pose
 from tests.support.calibration_scene import turn
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rig.geometry.calibration import Calibration, calibrate
+from rig.geometry.bundle import Calibration, calibrate
 from rig.geometry.sighting import Sighting
 from tests.support.calibration_scene import (
     HEIGHT,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from rig.errors import CalibrationError
-from rig.geometry.calibration.observations import observe
-from rig.geometry.calibration.view_graph import shared_pictures, spanning_tree
+from rig.geometry.bundle.observations import observe
+from rig.geometry.bundle.view_graph import shared_pictures, spanning_tree
 from rig.geometry.sighting import Sighting
 
 PLANE_MM = np.array([[x, y, 0.0] for y in (0, 1) for x in (0, 1, 2)], np.float64)

@@ -1,0 +1,1 @@
+"""GRBL, grblHAL and FluidNC boards as a stage."""

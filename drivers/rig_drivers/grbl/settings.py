@@ -1,0 +1,128 @@
+"""A GRBL controller's own settings, and whether they allow what a profile asks for."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from rig.errors import ConfigError
+from rig.profile import GrblStageConfig
+from rig_drivers.grbl.dialect import AXES
+from rig_drivers.stage.travel import check_speed, check_travel
+
+
+@dataclass(frozen=True, slots=True)
+class GrblAxis:
+    """What the controller is set to on the axis that carries the board."""
+
+    rate_mm_s: float
+    """Fastest motion."""
+    acceleration_mm_s2: float
+    range_mm: tuple[float, float]
+    """Machine coordinates that the soft limits allow."""
+    home_mm: float
+    """Machine coordinate at which homing ends."""
+
+
+def read_axis(
+    settings: Mapping[int, float], options: str, config: GrblStageConfig, *, device: str
+) -> GrblAxis:
+    """Return what the settings say about the profile's axis.
+
+    Args:
+        settings: the values of `$$` by number.
+        options: the letters of `[OPT:...]`; `Z` means that machine zero is where homing ends.
+        config: names the axis.
+        device: name used in errors.
+
+    Raises:
+        ConfigError: a setting is missing, or not as a measuring stage needs it.
+    """
+    axis = AXES.index(config.axis)
+    needed = {13, 20, 22, 23, 27, *(base + axis for base in (110, 120, 130))}
+    missing = sorted(needed - set(settings))
+    if missing:
+        raise ConfigError(
+            f"{device}: the controller has no setting "
+            f"{', '.join(f'${number}' for number in missing)}; this driver needs GRBL 1.1"
+        )
+    for number, wanted, purpose in (
+        (22, 1, "homing must be on, or no position is known"),
+        (20, 1, "soft limits must be on, so that the controller refuses what is too far"),
+        (13, 0, "reports must be in mm"),
+    ):
+        if int(settings[number]) & 1 != wanted:
+            raise ConfigError(
+                f"{device}: the controller has ${number}={settings[number]:.0f}, {purpose}; "
+                f"send ${number}={wanted}"
+            )
+    travel_mm, pull_off_mm = settings[130 + axis], settings[27]
+    homes_down = bool(int(settings[23]) >> axis & 1)
+    if "Z" in options:
+        range_mm = (0.0, travel_mm) if homes_down else (-travel_mm, 0.0)
+        home_mm = 0.0
+    else:
+        range_mm = (-travel_mm, 0.0)
+        home_mm = pull_off_mm - travel_mm if homes_down else -pull_off_mm
+    return GrblAxis(settings[110 + axis] / 60.0, settings[120 + axis], range_mm, home_mm)
+
+
+FLUIDNC_KEYS = (
+    "soft_limits",
+    "max_rate_mm_per_min",
+    "acceleration_mm_per_sec2",
+    "max_travel_mm",
+    "homing/mpos_mm",
+    "homing/positive_direction",
+)
+"""Where FluidNC keeps what other dialects have as numbered settings, below `/axes/x/`."""
+
+
+def read_fluidnc_axis(
+    values: Mapping[str, str], config: GrblStageConfig, *, device: str
+) -> GrblAxis:
+    """Return what FluidNC's configuration says about the profile's axis.
+
+    Args:
+        values: the answers by key of `FLUIDNC_KEYS`.
+        config: names the axis.
+        device: name used in errors.
+
+    Raises:
+        ConfigError: a value is missing, or not as a measuring stage needs it.
+    """
+    where = f"/axes/{config.axis.lower()}"
+    missing = [key for key in FLUIDNC_KEYS if key not in values]
+    if missing:
+        raise ConfigError(
+            f"{device}: FluidNC has no {where}/{missing[0]}; give the axis homing and limits in "
+            "its configuration file"
+        )
+    if values["soft_limits"] != "true":
+        raise ConfigError(
+            f"{device}: FluidNC has {where}/soft_limits {values['soft_limits']}; set it to true in "
+            "its configuration file, so that the controller refuses what is too far"
+        )
+    try:
+        rate, acceleration, travel_mm, home_mm = (float(values[key]) for key in FLUIDNC_KEYS[1:5])
+    except ValueError as error:
+        raise ConfigError(
+            f"{device}: FluidNC's {where} holds what is no number: {error}"
+        ) from error
+    is_up = values["homing/positive_direction"] == "true"
+    range_mm = (home_mm - travel_mm, home_mm) if is_up else (home_mm, home_mm + travel_mm)
+    return GrblAxis(rate / 60.0, acceleration, range_mm, home_mm)
+
+
+def check_axis(config: GrblStageConfig, axis: GrblAxis, *, device: str) -> None:
+    """See that the controller lets the stage go everywhere, and as fast, as the profile says.
+
+    Raises:
+        ConfigError: it does not.
+    """
+    number = AXES.index(config.axis)
+    if axis.acceleration_mm_s2 <= 0.0:
+        raise ConfigError(
+            f"{device}: the controller's ${120 + number} is {axis.acceleration_mm_s2:.1f} mm/s2; "
+            "set an acceleration above 0"
+        )
+    check_speed(config, axis.rate_mm_s, setting=f"${110 + number}", device=device)
+    check_travel(config, axis.range_mm, setting=f"${130 + number}", device=device)

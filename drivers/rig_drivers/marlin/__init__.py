@@ -1,0 +1,1 @@
+"""Marlin boards as a stage."""

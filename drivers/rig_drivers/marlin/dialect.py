@@ -1,0 +1,143 @@
+"""What Marlin says, as values: pure functions from one line of text, and numbered lines for it.
+
+Source: Marlin 2 G-code reference and its serial messages; RepRap line numbers and checksums.
+"""
+
+import re
+from dataclasses import dataclass
+from functools import reduce
+
+from rig_drivers.stage.dialogue import Noise
+
+AXES = "XYZ"
+
+
+@dataclass(frozen=True, slots=True)
+class Ok:
+    """A command was taken; a motion is queued, not done."""
+
+    number: int | None
+    """Number of its line, where the firmware tells it."""
+    position: "Position | None" = None
+    """What some firmwares say in the same line."""
+
+
+@dataclass(frozen=True, slots=True)
+class Resend:
+    """A line came damaged or out of order; `number` is the one expected next."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class Busy:
+    """A command is still at work."""
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """The controller has just started."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """`Error:`, or a command that was not carried out."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Position:
+    """The answer to M114, for the axes X, Y, Z."""
+
+    logical_mm: tuple[float, float, float]
+    steps: tuple[int, int, int] | None
+    """Counts of the motors; None where motors are no axes (CoreXY)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """Any other line of text."""
+
+    text: str
+
+
+Reply = Ok | Resend | Busy | Start | Trouble | Position | Remark | Noise
+
+_OK = re.compile(r"ok(?: N(\d{1,9}))?(?: (.*))?", re.ASCII)
+_RESEND = re.compile(r"(?:Resend:|rs) ?N?(\d{1,9})", re.ASCII)
+_NUMBER = r"(-?\d{1,6}\.\d{2,4})"
+_STEPS = r"(-?\d{1,9})"
+_POSITION = re.compile(
+    rf"X:{_NUMBER} Y:{_NUMBER} Z:{_NUMBER}(?: E:-?[\d.]+)?"
+    rf"(?: Count (?:X: ?{_STEPS} Y: ?{_STEPS} Z: ?{_STEPS}|A:.*))?\s*",
+    re.ASCII,
+)
+_NOT_DONE = re.compile(r"(?:echo:)?(Unknown command: .*|Home .* [Ff]irst|STOP called .*)")
+_RESENDS = re.compile(
+    r"\s*(checksum mismatch|missing checksum|no checksum with line number"
+    r"|no line number with checksum|line number is not|expected line)",
+    re.ASCII | re.IGNORECASE,
+)
+
+
+def numbered_line(number: int, text: str) -> bytes:
+    """Return a command with its line number and the exclusive-or of its bytes."""
+    body = f"N{number} {text}".encode("ascii")
+    return body + f"*{reduce(lambda a, b: a ^ b, body)}\n".encode("ascii")
+
+
+def parse_reply(line: str) -> Reply:
+    """Return what a line means; never raises."""
+    if "\ufffd" in line or not line.isprintable():
+        return Noise(line)
+    text = line.strip()
+    if found := _OK.fullmatch(text):
+        number = None if found[1] is None else int(found[1])
+        return Ok(number, _position(found[2] or ""))
+    if found := _RESEND.fullmatch(text):
+        return Resend(int(found[1]))
+    if text.removeprefix("echo:").startswith("busy:"):
+        return Busy()
+    if text == "start":
+        return Start()
+    if position := _position(text):
+        return position
+    if text.startswith("Error:"):
+        fault = text.removeprefix("Error:")
+        # The request to send again follows and says all that is needed.
+        return Remark(text) if _RESENDS.match(fault) else Trouble(fault)
+    if "stopped due to errors" in text:
+        return Trouble(text.removeprefix("echo:"))
+    if found := _NOT_DONE.fullmatch(text):
+        return Trouble(found[1])
+    return Remark(text)
+
+
+def _position(text: str) -> Position | None:
+    found = _POSITION.fullmatch(text)
+    if found is None:
+        return None
+    x, y, z = (float(found[i]) for i in (1, 2, 3))
+    counts = [found[i] for i in (4, 5, 6)]
+    a, b, c = (int(count or 0) for count in counts)
+    return Position((x, y, z), None if counts[0] is None else (a, b, c))
+
+
+_TROUBLES = (
+    ("kill() called", "killed", "clear its cause, switch the controller off and on, then home"),
+    ("Printer halted", "killed", "clear its cause, switch the controller off and on, then home"),
+    ("stopped due to errors", "stopped by error", "clear its cause, then home again"),
+    ("STOP called", "stopped by error", "clear its cause, then home again"),
+    ("Unknown command", "unknown command", "this driver needs Marlin 2 with M114, M118, M503"),
+    ("First", "not homed", "home the stage first"),
+    ("first", "not homed", "home the stage first"),
+)
+
+
+def trouble_text(text: str) -> tuple[str, str]:
+    """Return a trouble as one word for programs, and what it means with what to do."""
+    for part, code, advice in _TROUBLES:
+        if part in text:
+            return code, f"{text.rstrip('.')}; {advice}"
+    return "error", f"{text.rstrip('.')}; see what the controller complains about, then home again"

@@ -1,0 +1,119 @@
+"""Which OAK devices there are, and which one a profile means."""
+
+import ipaddress
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from rig.errors import DeviceNotFoundError
+from rig_drivers.oak.sdk import dai
+
+_LOCKED = dai.XLinkError_t.X_LINK_INSUFFICIENT_PERMISSIONS
+_UDEV = "install the udev rule of docs/how-to/oak-cameras.md and plug it in again"
+
+
+@dataclass(frozen=True, slots=True)
+class FoundOak:
+    """One OAK device that answers, opened or not."""
+
+    device_id: str
+    """What `camera.device` takes: the id (MxId)."""
+    name: str
+    """IP address, or USB path."""
+    protocol: str
+    """`usb`, `ethernet` or the library's own word."""
+    problem: str | None
+    """Why it cannot be opened, and what to do; None where it can."""
+
+
+def found_oaks() -> tuple[FoundOak, ...]:
+    """Ask USB and the local network; takes up to a second.
+
+    Raises:
+        DeviceNotFoundError: the search itself failed.
+    """
+    return tuple(_found(info) for info in _search(""))
+
+
+def find_oak(wanted: str) -> dai.DeviceInfo:
+    """Return the device that a profile means.
+
+    Args:
+        wanted: device id, IP address, or empty for the only one there is.
+
+    Raises:
+        DeviceNotFoundError: it is not there, is not permitted, or several are and none is named.
+    """
+    return choose_oak(wanted, _search(wanted))
+
+
+def open_oak(wanted: str, config: dai.Device.Config | None = None) -> dai.Device:
+    """Boot the device that a profile means, for this program alone.
+
+    Args:
+        wanted: see `find_oak`.
+        config: what it must know while it boots.
+
+    Raises:
+        DeviceNotFoundError: see `find_oak`; or another program has it, or it does not boot.
+    """
+    info = find_oak(wanted)
+    try:
+        return dai.Device(config or dai.Device.Config(), info)
+    except RuntimeError as error:
+        raise DeviceNotFoundError(
+            f"OAK {info.deviceId or info.name}",
+            f"cannot be opened: {error}; another program may use it, or it needs more power",
+        ) from error
+
+
+def choose_oak(wanted: str, infos: Sequence[dai.DeviceInfo]) -> dai.DeviceInfo:
+    """Pick one of the devices found; see `find_oak`."""
+    named = [info for info in infos if wanted in ("", info.deviceId, info.name)]
+    if len(named) == 1:
+        if named[0].status == _LOCKED:
+            raise DeviceNotFoundError(
+                f"OAK {named[0].deviceId}", f"is there, but may not be opened; {_UDEV}"
+            )
+        return named[0]
+    if not named and _is_address(wanted):
+        return dai.DeviceInfo(wanted)  # beyond the reach of a broadcast, but perhaps of a packet
+    there = ", ".join(f"{info.deviceId} ({info.name})" for info in infos) or "none"
+    asked = f"asked for {wanted}" if wanted else "asked for the only OAK device"
+    if named:
+        then = "name one of them in camera.device"
+    elif infos:
+        then = "correct camera.device"
+    else:
+        then = "check power and cable; without permission they do not show: " + _UDEV
+    raise DeviceNotFoundError(f"OAK {wanted}".rstrip(), f"{asked}, found {there}; {then}")
+
+
+def _search(wanted: str) -> list[dai.DeviceInfo]:
+    try:
+        return dai.Device.getAllAvailableDevices()
+    except RuntimeError as error:
+        raise DeviceNotFoundError(
+            f"OAK {wanted}".rstrip(),
+            f"the search for devices failed: {error}; check USB and network",
+        ) from error
+
+
+def _found(info: dai.DeviceInfo) -> FoundOak:
+    names = {
+        dai.XLinkProtocol.X_LINK_USB_VSC: "usb",
+        dai.XLinkProtocol.X_LINK_TCP_IP: "ethernet",
+    }
+    return FoundOak(
+        info.deviceId,
+        info.name,
+        names.get(info.protocol, info.protocol.name),
+        f"no permission; {_UDEV}" if info.status == _LOCKED else None,
+    )
+
+
+def _is_address(text: str) -> bool:
+    try:
+        ipaddress.ip_address(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,46 @@
+"""The seam: where streams come from; nothing behind it knows whether there is a device."""
+
+from collections.abc import Mapping
+from types import TracebackType
+from typing import Protocol, Self
+
+from rig_drivers.oak.sdk import dai
+
+
+class Sensors(Protocol):
+    """Sensors that can be wired into a pipeline; open inside `with`."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None: ...
+
+    @property
+    def name(self) -> str:
+        """Name of the device in messages."""
+        ...
+
+    @property
+    def identity(self) -> Mapping[str, str]:
+        """See `rig.devices.Device.identity`."""
+        ...
+
+    def pipeline(self) -> dai.Pipeline:
+        """Return a new pipeline on this device, or on none."""
+        ...
+
+    def outputs(self, pipeline: dai.Pipeline) -> dict[str, dai.Node.Output]:
+        """Create the nodes of all sensors and return their streams by view name."""
+        ...
+
+    def temperature_degc(self) -> float | None:
+        """Return the temperature of the device where it can tell."""
+        ...
+
+    def failure(self) -> str | None:
+        """Return why no frames can come any more, None while they can."""
+        ...

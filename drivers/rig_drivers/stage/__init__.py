@@ -1,0 +1,1 @@
+"""What every serial stage shares: line, dialogue, travel, and the stage itself."""

@@ -1,0 +1,1 @@
+"""Stored frames as a camera: folders of pictures, recordings and videos."""

@@ -1,0 +1,264 @@
+"""What a node offers: pixel formats, sizes and rates; the one asked for, or the nearest named."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from rig.errors import ConfigError, DeviceLostError
+from rig_drivers.v4l2 import abi, structures
+from rig_drivers.v4l2.node import Node
+from rig_drivers.v4l2.pixels import DECODERS
+
+RATE_TOLERANCE = 0.005
+"""Largest relative difference between a rate asked for and one offered: 30 Hz takes 29.97 Hz."""
+_NO_RATE = "a rate it does not tell"
+
+
+@dataclass(frozen=True, slots=True)
+class Steps:
+    """All numbers from `least` to `most` in steps; one number if both are the same."""
+
+    least: int
+    most: int
+    step: int = 1
+
+    def nearest(self, number: int) -> int:
+        """Return the nearest number of the range."""
+        step = max(1, self.step)
+        last = (self.most - self.least) // step
+        return self.least + step * min(max(round((number - self.least) / step), 0), last)
+
+
+@dataclass(frozen=True, slots=True)
+class SizeOffer:
+    """Sizes in one pixel format."""
+
+    pixel_format: str
+    width_px: Steps
+    height_px: Steps
+
+
+@dataclass(frozen=True, slots=True)
+class RateOffer:
+    """Time from frame to frame: all from `shortest_s` to `longest_s`, or one value."""
+
+    shortest_s: Fraction
+    longest_s: Fraction
+
+    def nearest(self, interval_s: Fraction) -> Fraction:
+        """Return the nearest interval that is offered."""
+        return min(max(interval_s, self.shortest_s), self.longest_s)
+
+
+@dataclass(frozen=True, slots=True)
+class Mode:
+    """A pixel format, a size and a rate."""
+
+    pixel_format: str
+    width_px: int
+    height_px: int
+    rate_hz: float | None = None
+
+    def __str__(self) -> str:
+        size = f"{self.pixel_format} {self.width_px} x {self.height_px}"
+        return size if self.rate_hz is None else f"{size} at {self.rate_hz:.4g} Hz"
+
+
+@dataclass(frozen=True, slots=True)
+class AppliedMode:
+    """What the device was set to, as it reads back."""
+
+    mode: Mode
+    bytes_per_line: int
+    bytes_per_image: int
+
+
+def size_offers(node: Node) -> list[SizeOffer]:
+    """Ask a node for all its pixel formats and sizes."""
+    return [offer for name in pixel_formats(node) for offer in _sizes(node, name)]
+
+
+def pixel_formats(node: Node) -> list[str]:
+    """Ask a node for its pixel formats, four letters each."""
+    described = node.entries(
+        abi.VIDIOC_ENUM_FMT,
+        lambda index: structures.FormatDescription(index=index, type=abi.BUF_TYPE_VIDEO_CAPTURE),
+    )
+    return [abi.fourcc_name(entry.pixelformat) for entry in described]
+
+
+def rate_offers(node: Node, mode: Mode) -> list[RateOffer]:
+    """Ask a node for its rates in one pixel format and size; empty if it does not tell."""
+    entries = node.entries(
+        abi.VIDIOC_ENUM_FRAMEINTERVALS,
+        lambda index: structures.FrameInterval(
+            index=index,
+            pixel_format=abi.fourcc(mode.pixel_format),
+            width=mode.width_px,
+            height=mode.height_px,
+        ),
+    )
+    return list(_intervals(entries))
+
+
+def nearest_size(offers: Sequence[SizeOffer], wanted: Mode) -> Mode | None:
+    """Return what is nearest to the format and size asked for; None if nothing can be read.
+
+    The same pixel format counts before the size; formats that rig cannot read do not count.
+    """
+    readable = [offer for offer in offers if offer.pixel_format in DECODERS]
+    modes = [
+        Mode(
+            offer.pixel_format,
+            offer.width_px.nearest(wanted.width_px),
+            offer.height_px.nearest(wanted.height_px),
+        )
+        for offer in readable
+    ]
+    return min(modes, key=lambda mode: _distance(mode, wanted), default=None)
+
+
+def set_mode(node: Node, wanted: Mode) -> AppliedMode:
+    """Set pixel format, size and rate exactly as asked for, and read them back.
+
+    Raises:
+        ConfigError: the node does not offer it; the message names the nearest offer.
+        DeviceLostError: it offers it, but sets something else or refuses.
+    """
+    if wanted.pixel_format not in DECODERS:
+        raise ConfigError(f"camera.pixel_format: {wanted.pixel_format} cannot be read by rig")
+    nearest = nearest_size(size_offers(node), wanted)
+    if nearest is None:
+        listed = ", ".join(pixel_formats(node)) or "none"
+        raise ConfigError(
+            f"{node.name}: asked for {wanted}, offers no pixel format that rig can read "
+            f"(found {listed}; readable are {', '.join(DECODERS)})"
+        )
+    interval_s = None
+    if wanted.rate_hz is not None:
+        interval_s = _nearest_interval(node, nearest, wanted.rate_hz)
+    rate_hz = None if interval_s is None else float(1 / interval_s)
+    offered = Mode(nearest.pixel_format, nearest.width_px, nearest.height_px, rate_hz)
+    if not _is_same(offered, wanted):
+        raise ConfigError(
+            f"{node.name}: asked for {wanted}, the nearest it offers is {offered}; "
+            "set camera.pixel_format, width_px, height_px and rate_hz to that"
+        )
+    try:
+        pixels = _set_pixels(node, offered)
+        applied_hz = _set_interval(node, interval_s)
+    except OSError as error:
+        raise DeviceLostError(
+            node.name, f"offers {offered}, but refuses it: {error.strerror}; is it in use?"
+        ) from error
+    applied = Mode(
+        abi.fourcc_name(pixels.pixelformat), pixels.width, pixels.height, applied_hz or rate_hz
+    )
+    if not _is_same(applied, offered):
+        raise DeviceLostError(
+            node.name, f"asked for {offered}, which it offers; it was set to {applied} instead"
+        )
+    return AppliedMode(applied, pixels.bytesperline, pixels.sizeimage)
+
+
+def _sizes(node: Node, name: str) -> Iterator[SizeOffer]:
+    entries = node.entries(
+        abi.VIDIOC_ENUM_FRAMESIZES,
+        lambda index: structures.FrameSize(index=index, pixel_format=abi.fourcc(name)),
+    )
+    for entry in entries:
+        if entry.type == abi.DISCRETE:
+            size = entry.size.discrete
+            yield SizeOffer(name, Steps(size.width, size.width), Steps(size.height, size.height))
+        else:
+            size = entry.size.stepwise
+            yield SizeOffer(
+                name,
+                Steps(size.min_width, size.max_width, size.step_width),
+                Steps(size.min_height, size.max_height, size.step_height),
+            )
+            return  # a range is the only entry of its list
+
+
+def _intervals(entries: Iterator[structures.FrameInterval]) -> Iterator[RateOffer]:
+    for entry in entries:
+        if entry.type == abi.DISCRETE:
+            interval_s = seconds(entry.interval.discrete)
+            if interval_s is not None:
+                yield RateOffer(interval_s, interval_s)
+        else:
+            shortest_s = seconds(entry.interval.stepwise.min)
+            longest_s = seconds(entry.interval.stepwise.max)
+            if shortest_s is not None and longest_s is not None:
+                yield RateOffer(shortest_s, longest_s)
+            return
+
+
+def seconds(fraction: structures.Fraction) -> Fraction | None:
+    """Return a frame interval in s; None where the driver gives none."""
+    if fraction.numerator == 0 or fraction.denominator == 0:
+        return None
+    return Fraction(fraction.numerator, fraction.denominator)
+
+
+def _nearest_interval(node: Node, mode: Mode, rate_hz: float) -> Fraction | None:
+    wanted_s = Fraction(1 / rate_hz).limit_denominator(1_000_000)
+    offered_s = [offer.nearest(wanted_s) for offer in rate_offers(node, mode)]
+    if not offered_s:
+        current_s = _interval(node)
+        offered_s = [] if current_s is None else [current_s]
+    return min(offered_s, key=lambda s: abs(math.log(s / wanted_s)), default=None)
+
+
+def _is_same(one: Mode, other: Mode) -> bool:
+    if (one.pixel_format, one.width_px, one.height_px) != (
+        other.pixel_format,
+        other.width_px,
+        other.height_px,
+    ):
+        return False
+    if other.rate_hz is None:
+        return True
+    if one.rate_hz is None:
+        return False
+    return math.isclose(one.rate_hz, other.rate_hz, rel_tol=RATE_TOLERANCE)
+
+
+def _distance(mode: Mode, wanted: Mode) -> tuple[bool, float]:
+    size = abs(math.log(mode.width_px / wanted.width_px))
+    size += abs(math.log(mode.height_px / wanted.height_px))
+    return mode.pixel_format != wanted.pixel_format, size
+
+
+def _set_pixels(node: Node, mode: Mode) -> structures.PixelFormat:
+    asked = structures.Format(type=abi.BUF_TYPE_VIDEO_CAPTURE)
+    asked.fmt.pix.width = mode.width_px
+    asked.fmt.pix.height = mode.height_px
+    asked.fmt.pix.pixelformat = abi.fourcc(mode.pixel_format)
+    asked.fmt.pix.field = abi.FIELD_ANY
+    node.ioctl(abi.VIDIOC_S_FMT, asked)
+    return asked.fmt.pix
+
+
+def _set_interval(node: Node, interval_s: Fraction | None) -> float | None:
+    """Set the time from frame to frame; a node with one fixed rate is only read."""
+    if interval_s is None:
+        return None
+    asked = structures.StreamParameters(type=abi.BUF_TYPE_VIDEO_CAPTURE)
+    node.ioctl(abi.VIDIOC_G_PARM, asked)
+    if asked.parm.capture.capability & abi.PARAMETER_TIME_PER_FRAME:
+        asked.parm.capture.timeperframe.numerator = interval_s.numerator
+        asked.parm.capture.timeperframe.denominator = interval_s.denominator
+        node.ioctl(abi.VIDIOC_S_PARM, asked)
+    applied_s = seconds(asked.parm.capture.timeperframe)
+    return None if applied_s is None else float(1 / applied_s)
+
+
+def _interval(node: Node) -> Fraction | None:
+    asked = structures.StreamParameters(type=abi.BUF_TYPE_VIDEO_CAPTURE)
+    try:
+        node.ioctl(abi.VIDIOC_G_PARM, asked)
+    except OSError:
+        return None
+    return seconds(asked.parm.capture.timeperframe)

@@ -1,0 +1,1 @@
+"""Zaber stages, by their ASCII protocol."""

@@ -1,0 +1,123 @@
+"""Judgement of the geometric calibration: does one picture of the board still fit it?"""
+
+from collections.abc import Callable
+
+from rig.check.items import Item, Status, failed, graded
+from rig.database import StoredCalibration
+from rig.errors import ConfigError, TargetError
+from rig.frames import MultiView
+from rig.geometry.drift import Drift, measure_drift
+from rig.geometry.rig_geometry import RigGeometry
+from rig.geometry.rig_geometry_json import geometry_from_json
+from rig.geometry.sighting import Sighting
+from rig.optics.target import target_of
+from rig.profile import Profile
+from rig.targets import Target, find_target
+
+GeometryDrift = Callable[[MultiView], Item]
+"""Compares one multi-view of the board with the stored geometric calibration."""
+
+CHANCE = 1e-3
+"""Probability below which a misfit is no chance."""
+SMALL_SHARE = 1.0 / 3.0
+"""Share of the depth error allowed by the profile below which a misfit does not matter."""
+
+
+def geometry_drift(profile: Profile, stored: StoredCalibration) -> GeometryDrift:
+    """Return what compares a picture of this rig with a stored calibration.
+
+    Args:
+        profile: the rig; its views are in the order of the calibration's.
+        stored: its calibration.
+
+    Raises:
+        ConfigError: the profile has no target, or the calibration cannot be read.
+    """
+    if profile.target is None:
+        raise ConfigError(f"profile {profile.name}: has no [target]; add it to the file")
+    target, geometry = target_of(profile.target), geometry_from_json(stored.geometry)
+
+    def compare(multiview: MultiView) -> Item:
+        if geometry.covariance is None:
+            return Item(
+                "geometry",
+                "skip",
+                f"calibration {stored.id} has no covariance: drift and chance look alike",
+                f"rig calibrate {profile.name}",
+            )
+        try:
+            drift = _drift(geometry, target, multiview)
+        except TargetError as error:
+            return failed("geometry", error)
+        return judge_geometry(
+            drift,
+            profile,
+            calibration=f"calibration {stored.id} of {stored.created_at:%Y-%m-%d}",
+            warmer_degc=_difference(multiview.temperature_degc, stored.temperature_degc),
+        )
+
+    return compare
+
+
+def judge_geometry(
+    drift: Drift, profile: Profile, *, calibration: str, warmer_degc: float | None
+) -> Item:
+    """Judge a drift by chance, and by the depth error that it stands for.
+
+    A corner that lies off by e px in a view one step away is taken for one whose distance is wrong
+    by the share e / (pitch f / Z). Long series of pictures find drifts that are certain and matter
+    to nobody.
+
+    Args:
+        drift: what one picture tells.
+        profile: the rig.
+        calibration: which one, in words.
+        warmer_degc: temperature now minus then, where both are known.
+    """
+    worth_pct = 100.0 * drift.rms_px / (profile.pitch_mm * drift.px_per_mm)
+    allowed_pct = profile.quality.holdout_rms_pct
+    status: Status = "pass"
+    if drift.probability < CHANCE:
+        status = graded(worth_pct, warn_above=SMALL_SHARE * allowed_pct, fail_above=allowed_pct)
+    names = {view: profile.views[view].name for view in drift.displaced_px}
+    moved = ", ".join(
+        f"{names[view]} ({x:+.2f}, {y:+.2f})" for view, (x, y) in drift.displaced_px.items()
+    )
+    warmth = "" if warmer_degc is None else f"; {warmer_degc:+.1f} degC since then"
+    return Item(
+        "geometry",
+        status,
+        f"{calibration}: chi2 {drift.chi2_per_dof:.2f} per degree of freedom ({drift.dof}), "
+        f"probability {drift.probability:.2g}; corners off by {drift.rms_px:.3f} px, worth "
+        f"{worth_pct:.3f} % of depth, allowed {allowed_pct:.3f} %; means {moved} px{warmth}",
+        ""
+        if status == "pass"
+        else f"a camera, a lens or the temperature has changed: rig calibrate {profile.name}",
+        {
+            "chi2_per_dof": drift.chi2_per_dof,
+            "probability": drift.probability,
+            "rms_px": drift.rms_px,
+            "worth_pct": worth_pct,
+            "displaced_px": {names[view]: list(xy) for view, xy in drift.displaced_px.items()},
+            "warmer_degc": warmer_degc,
+        },
+    )
+
+
+def _drift(geometry: RigGeometry, target: Target, multiview: MultiView) -> Drift:
+    seen: list[Sighting] = []
+    reason: TargetError | None = None
+    for view, frame in enumerate(multiview.frames):
+        try:
+            found = find_target(frame.image, target)
+        except TargetError as error:
+            reason = error
+        else:
+            seen.append(Sighting(0, view, found.ids, found.xy_px, found.sigma_px))
+    if len(seen) < 2 and reason is not None:
+        raise reason
+    return measure_drift(geometry, target.points_mm.reshape(-1, 3), seen)
+
+
+def _difference(now: float | None, then: float | None) -> float | None:
+    return None if now is None or then is None else now - then

@@ -1,0 +1,1 @@
+"""Where the views really are, against where they were told to be."""

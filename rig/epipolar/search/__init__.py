@@ -1,0 +1,1 @@
+"""Where each pixel's slope roughly is: plane sweeps, aggregation, and how they are judged."""

@@ -1,0 +1,119 @@
+"""Search around a hypothesis: the half-cost sweep, but each pixel starts from its own slope.
+
+Where a slope N(m, sigma^2) is expected (previous frame, coarser level, plane of a board), a handful
+of offsets replaces the whole range; the costs have the shape of `sweep_costs`, so the same
+aggregation chooses among them.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.compute.bands import run_in_bands
+from rig.compute.kernel import kernel
+from rig.epipolar.sampling import pad, sample_points
+from rig.epipolar.search.halves import HALVES, assign_halves, join_halves, mean_of_three, shares_of
+
+
+def narrow_costs(
+    images: NDArray[np.float32],
+    x_steps: NDArray[np.float64],
+    y_steps: NDArray[np.float64],
+    reference: int,
+    centre_px: NDArray[np.float32],
+    offsets_px: NDArray[np.float32],
+    truncation: float,
+) -> NDArray[np.uint8]:
+    """Cost of every offset from the expected slope.
+
+    Args:
+        images: (V, H, W), equalised grey values.
+        x_steps: (V,) view columns, view steps.
+        y_steps: (V,) view rows, view steps.
+        reference: index of the reference view.
+        centre_px: (H, W) expected slope, px per view step.
+        offsets_px: (K,) differences from it to try.
+        truncation: grey difference that counts as a full mismatch.
+
+    Returns:
+        (H, K, W) costs, 0 to `COST_MAX`.
+    """
+    height, width = centre_px.shape
+    costs = np.empty((height, len(offsets_px), width), np.uint8)
+    padded = pad(images, x_steps, y_steps)
+    half = assign_halves(x_steps, y_steps)
+    xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
+
+    def work(start: int, stop: int) -> None:
+        lines = np.empty((6, width), np.float32)
+        lines[0] = np.arange(width)
+        sums = np.empty((2, HALVES, width), np.float32)
+        rows = np.empty((3, HALVES, width), np.float32)
+        for k, offset in enumerate(offsets_px):
+            _narrow(
+                padded, images[reference], xs, ys, half, centre_px, offset,
+                np.float32(truncation), start, stop, lines, sums, rows, k, costs,
+            )  # fmt: skip
+
+    run_in_bands(work, height)
+    return costs
+
+
+@kernel()
+def _narrow(
+    padded: NDArray[np.float32],
+    grey: NDArray[np.float32],
+    x_steps: NDArray[np.float32],
+    y_steps: NDArray[np.float32],
+    half: NDArray[np.int32],
+    centre: NDArray[np.float32],
+    offset: np.float32,
+    truncation: np.float32,
+    start: int,
+    stop: int,
+    lines: NDArray[np.float32],
+    sums: NDArray[np.float32],
+    rows: NDArray[np.float32],
+    k: int,
+    costs: NDArray[np.uint8],
+) -> None:
+    height, width = grey.shape
+    columns, here, slope = lines[0], lines[1], lines[2]
+    unseen = np.empty((HALVES, width), np.float32)
+    for v in range(max(start - 1, 0), stop + 1):
+        if v < height:
+            for u in range(width):
+                here[u] = np.float32(v)
+                slope[u] = centre[v, u] + offset
+            for h in range(HALVES):
+                for u in range(width):
+                    sums[0, h, u] = np.float32(0)
+                    sums[1, h, u] = np.float32(0)
+            for i in range(len(half)):
+                if half[i] >= 0:
+                    sample_points(
+                        padded[i], height, width, columns, here, slope, x_steps[i], y_steps[i],
+                        lines[3], lines[4], lines[5],
+                    )  # fmt: skip
+                    _add_view(
+                        grey[v], lines[3], lines[5], truncation, sums[0, half[i]],
+                        sums[1, half[i]],
+                    )  # fmt: skip
+            shares_of(sums[1], unseen)
+            mean_of_three(sums[0], sums[1], unseen, rows[v % 3])
+        if v > start:
+            above, below = rows[max(v - 2, 0) % 3], rows[min(v, height - 1) % 3]
+            join_halves(above, rows[(v - 1) % 3], below, truncation, costs[v - 1, k])
+
+
+@kernel()
+def _add_view(
+    centre: NDArray[np.float32],
+    grey: NDArray[np.float32],
+    seen: NDArray[np.float32],
+    truncation: np.float32,
+    total: NDArray[np.float32],
+    count: NDArray[np.float32],
+) -> None:
+    for u in range(len(centre)):
+        total[u] += seen[u] * min(abs(grey[u] - centre[u]), truncation)
+        count[u] += seen[u]

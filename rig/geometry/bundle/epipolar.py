@@ -1,0 +1,71 @@
+"""How far points are from the epipolar lines of their partners."""
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.geometry.bundle.result import EpipolarError, Residuals
+from rig.geometry.bundle.rotations import cross_matrix
+from rig.geometry.rig_geometry import RigGeometry
+
+Float = NDArray[np.float64]
+
+Seen = tuple[Residuals, Float]
+"""A sighting and the undistorted rays (N, 3) of its points."""
+
+
+def epipolar_error(geometry: RigGeometry, found: Sequence[Residuals]) -> EpipolarError:
+    """Measure all pairs of views on the points that both show, outliers left out.
+
+    Distances are in px of an undistorted picture of the second view's focal length, from each view
+    of a pair to the other.
+    """
+    by_picture: dict[int, list[Seen]] = {}
+    for residuals, rays in zip(found, _rays(geometry, found), strict=True):
+        by_picture.setdefault(residuals.picture, []).append((residuals, rays))
+    distances = [
+        _distances(geometry, one, other)
+        for shown in by_picture.values()
+        for pair in combinations(shown, 2)
+        for one, other in (pair, pair[::-1])
+    ]
+    all_px = np.concatenate(distances) if distances else np.empty(0)
+    all_px = all_px[np.isfinite(all_px)]
+    if not all_px.size:
+        return EpipolarError(float("nan"), float("nan"), float("nan"))
+    return EpipolarError(
+        float(all_px.mean()), float(np.percentile(all_px, 95)), float(all_px.max())
+    )
+
+
+def _rays(geometry: RigGeometry, found: Sequence[Residuals]) -> list[Float]:
+    """(N, 3) of each sighting; all of a view are undistorted at once."""
+    rays = [np.empty((0, 3))] * len(found)
+    for view, camera in enumerate(geometry.cameras):
+        own = [index for index, residuals in enumerate(found) if residuals.view == view]
+        if own:
+            xy = camera.unproject(np.concatenate([found[index].xy_px for index in own]))
+            ends = np.cumsum([len(found[index].ids) for index in own])
+            whole = np.concatenate([xy, np.ones((len(xy), 1))], axis=1)
+            for index, part in zip(own, np.split(whole, ends[:-1]), strict=True):
+                rays[index] = part
+    return rays
+
+
+def _distances(geometry: RigGeometry, first: Seen, second: Seen) -> Float:
+    """(K,) px from the points of `second` to the lines that the points of `first` give there."""
+    (one, from_rays), (other, to_rays) = first, second
+    ids, here, there = np.intersect1d(one.ids, other.ids, return_indices=True)
+    good = ~(one.outlier[here] | other.outlier[there])
+    if not (ids.size and good.any()):
+        return np.empty(0)
+    camera = geometry.cameras[other.view]
+    left, right = from_rays[here[good]], to_rays[there[good]]
+    place = geometry.cam_from_reference[other.view] @ (
+        geometry.cam_from_reference[one.view].inverse()
+    )
+    lines = left @ (cross_matrix(place.translation_mm) @ place.rotation).T
+    apart = np.abs(np.sum(lines * right, axis=1)) / np.hypot(lines[:, 0], lines[:, 1])
+    return apart * (camera.fx_px + camera.fy_px) / 2

@@ -1,0 +1,216 @@
+"""Sums of the normal equations, in one fixed order: the same bits whatever the thread count."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.compute.kernel import kernel
+
+Float = NDArray[np.float64]
+Int = NDArray[np.int64]
+
+
+@kernel()
+def accumulate(
+    jacobian: Float,
+    residual: Float,
+    weight: Float,
+    start: Int,
+    picture: Int,
+    view: Int,
+    columns: Int,
+    picture_count: int,
+    count: int,
+    tie: Float,
+    motion: Float,
+) -> tuple[Float, Float, Float, Float, Float, Float]:
+    """Sum J^T W J and J^T W r of all sightings into blocks.
+
+    Args:
+        jacobian: (M, 2, C + 6); the last six columns belong to the board's pose.
+        residual: (M, 2).
+        weight: (M,) inverse variances.
+        start: (S + 1,) first point of each sighting.
+        picture: (S,).
+        view: (S,).
+        columns: (V, C) place of the local columns among the shared unknowns, -1 held still.
+        picture_count: N.
+        count: P.
+        tie: (S, 6, 6) information that ties each sighting's own pose to its picture's; (0, 6, 6)
+            where a picture has one pose.
+        motion: (S, 6) from the picture's pose to that of each sighting; (0, 6) likewise.
+
+    Returns:
+        Shared block of each picture (N, P, P), its right side (N, P), the blocks between (N, 6, P),
+        the blocks of the poses (N, 6, 6), their right sides (N, 6), and how the motion of each
+        sighting follows (S, 6, C + 7), see `_loosen`; (0, 6, C + 7) without ties.
+    """
+    width = jacobian.shape[2]
+    local = width - 6
+    shared = np.zeros((picture_count, count, count))
+    side = np.zeros((picture_count, count))
+    between = np.zeros((picture_count, 6, count))
+    pose = np.zeros((picture_count, 6, 6))
+    pull = np.zeros((picture_count, 6))
+    gram = np.zeros((width, width))
+    pulled = np.zeros(width)
+    follow = np.zeros((tie.shape[0], 6, width + 1))
+    for s in range(view.size):
+        rows = slice(start[s], start[s + 1])
+        _sum_points(jacobian[rows], residual[rows], weight[rows], gram, pulled)
+        if tie.shape[0] > 0:
+            _loosen(gram, pulled, tie[s], motion[s], follow[s])
+        n = picture[s]
+        _add_block(gram, columns[view[s]], shared[n], between[n])
+        for i in range(local):
+            if columns[view[s], i] >= 0:
+                side[n, columns[view[s], i]] += pulled[i]
+        pull[n] += pulled[local:]
+        pose[n] += gram[local:, local:]
+    return shared, side, between, pose, pull, follow
+
+
+@kernel()
+def _loosen(gram: Float, pulled: Float, tie: Float, motion: Float, follow: Float) -> None:
+    """Eliminate a sighting's motion m, which `tie` holds near zero.
+
+    With H the block of the pose, the motion that fits best is m = F [0..0, 1] - F [shared, pose, 0]
+    for steps of the shared unknowns and of the picture's pose. What it takes away is the gram seen
+    through (H + tie)^-1: all of the pose's block where nothing ties, nothing where the tie is firm.
+
+    Args:
+        gram: (C + 6, C + 6) of one sighting, replaced.
+        pulled: (C + 6,), replaced.
+        tie: (6, 6).
+        motion: (6,) where the gram was taken.
+        follow: (6, C + 7) set to F = (H + tie)^-1 [gram of the pose, pulled at rest].
+    """
+    width = pulled.size
+    local = width - 6
+    for i in range(width):
+        for j in range(6):
+            pulled[i] += gram[i, local + j] * motion[j]
+    for i in range(6):
+        follow[i, :width] = gram[local + i]
+        follow[i, width] = pulled[local + i]
+    factor = gram[local:, local:] + tie
+    factorise(factor)
+    solve_factorised(factor, follow)
+    side = gram[:, local:].copy()
+    for i in range(width):
+        for k in range(6):
+            pulled[i] -= side[i, k] * follow[k, width]
+            for j in range(width):
+                gram[i, j] -= side[i, k] * follow[k, j]
+
+
+@kernel()
+def _sum_points(
+    jacobian: Float, residual: Float, weight: Float, gram: Float, pulled: Float
+) -> None:
+    """Set gram to J^T W J and pulled to J^T W r of one sighting."""
+    width = gram.shape[0]
+    gram[:] = 0.0
+    pulled[:] = 0.0
+    for m in range(weight.size):
+        if weight[m] == 0.0:
+            continue
+        for axis in range(2):
+            row = jacobian[m, axis]
+            for i in range(width):
+                scaled = weight[m] * row[i]
+                pulled[i] += scaled * residual[m, axis]
+                for j in range(i + 1):
+                    gram[i, j] += scaled * row[j]
+    for i in range(width):
+        for j in range(i):
+            gram[j, i] = gram[i, j]
+
+
+@kernel()
+def _add_block(gram: Float, place: Int, shared: Float, between: Float) -> None:
+    """Add the columns of one sighting that move to where they belong among the shared ones."""
+    local = place.size
+    for i in range(local):
+        a = place[i]
+        if a < 0:
+            continue
+        for j in range(local):
+            if place[j] >= 0:
+                shared[a, place[j]] += gram[i, j]
+        for j in range(6):
+            between[j, a] += gram[i, local + j]
+
+
+@kernel()
+def eliminate(pose: Float, pull: Float, between: Float, damping: float) -> bool:
+    """Replace, picture by picture, pose A = L L^T by L, pull by L^-1 pull, between by L^-1 between.
+
+    Args:
+        pose: (N, 6, 6); its diagonal is multiplied by 1 + damping first.
+        pull: (N, 6).
+        between: (N, 6, P).
+        damping: of Levenberg and Marquardt.
+
+    Returns:
+        Whether every block was positive definite.
+    """
+    for n in range(pull.shape[0]):
+        for i in range(6):
+            pose[n, i, i] *= 1.0 + damping
+        if not factorise(pose[n]):
+            return False
+        for i in range(6):
+            for k in range(i):
+                pull[n, i] -= pose[n, i, k] * pull[n, k]
+                for p in range(between.shape[2]):
+                    between[n, i, p] -= pose[n, i, k] * between[n, k, p]
+            pull[n, i] /= pose[n, i, i]
+            for p in range(between.shape[2]):
+                between[n, i, p] /= pose[n, i, i]
+    return True
+
+
+@kernel()
+def subtract_gram(matrix: Float, rows: Float) -> None:
+    """Subtract rows^T rows, of (K, P), from a matrix (P, P)."""
+    for k in range(rows.shape[0]):
+        for i in range(rows.shape[1]):
+            value = rows[k, i]
+            if value != 0.0:
+                for j in range(rows.shape[1]):
+                    matrix[i, j] -= value * rows[k, j]
+
+
+@kernel()
+def factorise(matrix: Float) -> bool:
+    """Cholesky: lower triangle of (P, P) becomes L; False at a pivot that is not positive."""
+    size = matrix.shape[0]
+    for j in range(size):
+        for k in range(j):
+            factor = matrix[j, k]
+            for i in range(j, size):
+                matrix[i, j] -= matrix[i, k] * factor
+        if not matrix[j, j] > 0.0:
+            return False
+        root = np.sqrt(matrix[j, j])
+        for i in range(j, size):
+            matrix[i, j] /= root
+    return True
+
+
+@kernel()
+def solve_factorised(factor: Float, sides: Float) -> None:
+    """Replace sides (P, K) by A^-1 sides, where A = L L^T and L the lower triangle of `factor`."""
+    size = factor.shape[0]
+    for i in range(size):
+        for k in range(i):
+            for c in range(sides.shape[1]):
+                sides[i, c] -= factor[i, k] * sides[k, c]
+        for c in range(sides.shape[1]):
+            sides[i, c] /= factor[i, i]
+    for i in range(size - 1, -1, -1):
+        for k in range(i + 1, size):
+            for c in range(sides.shape[1]):
+                sides[i, c] -= factor[k, i] * sides[k, c]
+        for c in range(sides.shape[1]):
+            sides[i, c] /= factor[i, i]

@@ -1,0 +1,1 @@
+"""Between the raw pictures and the common frame: the target, the rectification, the resampling."""

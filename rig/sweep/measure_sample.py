@@ -1,0 +1,96 @@
+"""From the images of one sample to its slopes: a pure function, so that `rig fit` can repeat it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.database import Failure, Measurement
+from rig.epipolar import RectifiedViews
+from rig.epipolar.board.dense import DenseBoardSlope, measure_dense
+from rig.epipolar.board.fit import fit_board_slope
+from rig.epipolar.board.slope import BoardSlope
+from rig.errors import SlopeError, TargetError
+from rig.frames import GreyImage
+from rig.optics.rectifier import Rectifier
+from rig.optics.target import target_of
+from rig.sweep.request import sweep_setup
+from rig.targets import Target, full_corners
+from rig.targets.corners import Corners
+
+TRACK_RESIDUAL = "track_residual_px"
+"""Detail of a measurement: rms distance of the corners from their epipolar lines."""
+CORNERS, OUTLINE = "corners_px", "outline_px"
+"""Details of a measurement, in the rectified reference view: corners (rows, columns, 2), outline
+(4, 2)."""
+EPIPOLAR = "epipolar_px"
+"""Detail of a measurement: mean, 95th percentile and largest distance of a corner from the epipolar
+line of the reference view's corner."""
+PLANE_SIGMA = "plane_sigma"
+"""Detail of a measurement: 1 sigma of `Measurement.plane`."""
+
+
+def measure_sample(rectifier: Rectifier, images: GreyImage) -> Measurement:
+    """Measure the slope of the board in one multi-view, in all three ways.
+
+    The corners give the unambiguous start, the joint line fit the slope, and the estimator that
+    `rig capture` uses the dense slope, so that its bias is known. The same images give the same
+    numbers to the last digit.
+
+    Args:
+        rectifier: of the rig, whose profile has a target.
+        images: (V, H, W) in the order of the profile's views.
+
+    Returns:
+        Slopes at the centre of the board; or why there are none.
+    """
+    profile = rectifier.profile
+    board = target_of(sweep_setup(profile).target)
+    try:
+        corners = [_corners_or_reason(image, board) for image in images]
+        slope = fit_board_slope(rectifier.board_views(images), corners)
+    except TargetError as error:
+        return Measurement(failure=Failure(error.reason, str(error)))
+    except SlopeError as error:
+        return Measurement(failure=Failure("no-slope", str(error)))
+    dense = _dense_slope(rectifier.views(images), profile.slopes.range_px, slope)
+    return Measurement(
+        slope_px=slope.slope_px,
+        sigma_px=slope.sigma_px,
+        plane=slope.plane,
+        centre_px=slope.centre_px,
+        corner_slope_px=slope.corner_slope_px,
+        corner_sigma_px=slope.corner_sigma_px,
+        dense_slope_px=None if dense is None else dense.slope_px,
+        dense_sigma_px=None if dense is None else dense.sigma_px,
+        details={
+            "edge_pixels": slope.edge_pixels,
+            "residual_levels": slope.residual,
+            TRACK_RESIDUAL: slope.track_residual_px,
+            "views": [profile.views[index].name for index in slope.views],
+            EPIPOLAR: list(slope.epipolar_px),
+            PLANE_SIGMA: np.sqrt(np.diag(slope.plane_covariance)).tolist(),
+            CORNERS: slope.corners_px.tolist(),
+            OUTLINE: slope.outline_px.tolist(),
+        },
+    )
+
+
+def _corners_or_reason(
+    image: NDArray[np.uint8] | NDArray[np.uint16], board: Target
+) -> Corners | TargetError:
+    try:
+        return full_corners(image, board)
+    except TargetError as error:
+        return error
+
+
+def _dense_slope(
+    views: RectifiedViews, slope_range_px: tuple[float, float], slope: BoardSlope
+) -> DenseBoardSlope | None:
+    """Return the slope that captures would see, None where they would see none.
+
+    The curve does not need it; the report shows a gap.
+    """
+    try:
+        return measure_dense(views, slope_range_px, slope)
+    except SlopeError:
+        return None

@@ -1,0 +1,7 @@
+"""Flat targets that cameras are calibrated with, and one door that finds any of them."""
+
+from rig.targets.charuco.board import CharucoBoard
+from rig.targets.detection import Detection
+from rig.targets.find import Target, find_target, full_corners
+
+__all__ = ["CharucoBoard", "Detection", "Target", "find_target", "full_corners"]

@@ -1,0 +1,1 @@
+"""ChArUco boards: their layout, their markers and their corners."""

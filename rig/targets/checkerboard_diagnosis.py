@@ -1,0 +1,164 @@
+"""Why a board was not found, from what was found instead."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.errors import TargetError
+from rig.geometry.homography import fit_homography, grid_places, map_points
+from rig.targets.checkerboard import Board
+from rig.targets.lattice import Lattice
+from rig.targets.pyramid import Image
+
+MIN_SIDE_PX = 6.0
+"""Smaller squares leave no room between one edge and the next."""
+MAX_BLUR_RATIO = 0.2
+"""Sigma of an edge over the side of a square, above which neighbouring edges run together."""
+
+_EDGE_PX = 4.0
+"""Corners nearer to the border than this cannot be fitted."""
+_FEWEST = 9
+"""A lattice of fewer corners than this is chance."""
+_MAX_UNEVEN = 0.08
+"""Rms distance from a flat grid, in squares."""
+_DARK = 0.12
+"""Brightest pixels below this share of full scale: too dark."""
+_BURNT = 0.2
+"""Share of saturated pixels above which exposure is to blame."""
+
+
+def why_not(image: Image, board: Board, seen: list[Lattice]) -> TargetError:
+    """Return the error that says what was asked, what was found and what to do.
+
+    Args:
+        image: (H, W) grey.
+        board: What was asked for.
+        seen: Lattices found at any resolution, in px of the image.
+    """
+    asked = f"{board} board asked for"
+    boards = [lattice for lattice in seen if _is_plane(lattice)]
+    best = max(boards, key=lambda lattice: int(lattice.found.sum()), default=None)
+    if best is None:
+        return exposure_at_fault(image, asked) or TargetError(
+            f"{asked}, nothing like a checkerboard found; put the board in view and light it",
+            reason="not-found",
+        )
+    return (
+        _size(best, asked)
+        or _count(best, board, image.shape, asked)
+        or exposure_at_fault(image, asked)
+        or TargetError(
+            f"{asked}, found {int(best.found.sum())} corners on a lattice of {_across(best)}; "
+            "uncover the board, and avoid glare, blur and bending",
+            reason="not-found",
+        )
+    )
+
+
+def _is_plane(lattice: Lattice) -> bool:
+    """Whether it looks like a flat board rather than chance."""
+    found = lattice.found
+    if int(found.sum()) < _FEWEST:
+        return False
+    places, xy_px = grid_places(*lattice.shape)[found], lattice.xy_px[found]
+    apart = map_points(fit_homography(places, xy_px), places) - xy_px
+    return float(np.sqrt(np.mean(apart**2))) < _MAX_UNEVEN * lattice.side_px
+
+
+def _size(lattice: Lattice, asked: str) -> TargetError | None:
+    if lattice.side_px >= MIN_SIDE_PX:
+        return None
+    return TargetError(
+        f"{asked}, found {_across(lattice)} corners on squares of {lattice.side_px:.1f} px, at "
+        f"least {MIN_SIDE_PX:.0f} px are needed; bring the board nearer or use larger squares",
+        reason="too-small",
+    )
+
+
+def _count(
+    lattice: Lattice, board: Board, shape: tuple[int, ...], asked: str
+) -> TargetError | None:
+    """More or fewer corners than asked for: another board, or a part of this one."""
+    wanted, found = sorted((board.rows, board.columns)), sorted(lattice.shape)
+    borders = _touched(lattice, shape)
+    if found[0] > wanted[0] or found[1] > wanted[1]:
+        at_least = "at least " if borders or not lattice.found.all() else ""
+        return TargetError(
+            f"{asked}, found {at_least}{_across(lattice)} inner corners; set the board's columns "
+            "and rows to what it has, or use the other board",
+            reason="wrong-count",
+        )
+    if found == wanted and not _at_border(lattice.xy_px.reshape(-1, 2), shape):
+        return None
+    if borders:
+        return TargetError(
+            f"{asked}, found {_across(lattice)} corners up to the {' and '.join(borders)} border "
+            "of the picture; move the board until all of it is in view",
+            reason="clipped",
+        )
+    if not lattice.found.all():
+        return None
+    return TargetError(
+        f"{asked}, found one of {_across(lattice)} inner corners; set columns and rows to "
+        f"{_across(lattice)}, or uncover the rest of the board",
+        reason="wrong-count",
+    )
+
+
+def _across(lattice: Lattice) -> str:
+    return f"{max(lattice.shape)} x {min(lattice.shape)}"
+
+
+def _touched(lattice: Lattice, shape: tuple[int, ...]) -> list[str]:
+    """Borders beyond which the next row or column of corners would lie."""
+    xy_px = lattice.xy_px
+    beyond = np.concatenate(
+        [
+            (2 * near - far).reshape(-1, 2)
+            for near, far in (
+                (xy_px[0], xy_px[1]),
+                (xy_px[-1], xy_px[-2]),
+                (xy_px[:, 0], xy_px[:, 1]),
+                (xy_px[:, -1], xy_px[:, -2]),
+            )
+        ]
+    )
+    return _at_border(beyond, shape)
+
+
+def _at_border(xy_px: NDArray[np.float64], shape: tuple[int, ...]) -> list[str]:
+    """Borders of the picture that some of (N, 2) points, NaN left out, touch or cross."""
+    x, y = xy_px[np.isfinite(xy_px[:, 0])].T
+    outside = {
+        "left": x < _EDGE_PX,
+        "right": x > shape[1] - 1 - _EDGE_PX,
+        "top": y < _EDGE_PX,
+        "bottom": y > shape[0] - 1 - _EDGE_PX,
+    }
+    return [name for name, out in outside.items() if out.any()]
+
+
+def exposure_at_fault(image: Image, asked: str) -> TargetError | None:
+    """Too dark or too bright a picture, if that is what it is."""
+    full = _full_scale(image)
+    burnt = float((image >= full).mean())
+    if burnt > _BURNT:
+        return TargetError(
+            f"{asked}, not found with {burnt:.0%} of the pixels saturated at "
+            f"{full:.0f}; shorten the exposure or dim the light",
+            reason="over-exposed",
+        )
+    brightest = float(np.percentile(image, 99.5))
+    if brightest < _DARK * full:
+        return TargetError(
+            f"{asked}, not found in a dark picture: brightest pixels at "
+            f"{brightest:.0f} of {full:.0f}; lengthen the exposure or add light",
+            reason="under-exposed",
+        )
+    return None
+
+
+def _full_scale(image: Image) -> float:
+    """Largest grey level; 16-bit pictures may hold 10, 12, 14 or 16 bits."""
+    if image.dtype != np.uint16:
+        return 255.0
+    return next(2.0**bits - 1 for bits in (10, 12, 14, 16) if int(image.max()) < 2**bits)

@@ -1,0 +1,84 @@
+"""One door for all targets: a picture and a target in, named corners out."""
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.errors import TargetError
+from rig.targets.charuco.board import CharucoBoard
+from rig.targets.charuco.find import find_charuco
+from rig.targets.checkerboard import Board
+from rig.targets.corners import Corners, find_corners
+from rig.targets.detection import Detection
+from rig.targets.outliers import inliers
+from rig.targets.pyramid import Image
+
+Target: TypeAlias = Board | CharucoBoard
+
+
+def find_target(image: Image, target: Target) -> Detection:
+    """Find the corners of a target to sub-pixel precision.
+
+    All of a checkerboard must be visible; of a ChArUco board any part with six corners will do.
+    Corners that do not lie where their neighbours put them are left out.
+
+    Args:
+        image: (H, W) grey; float32 in 8-bit grey levels.
+        target: what to look for.
+
+    Raises:
+        TargetError: it is not there as asked for; `reason` says why in one word.
+    """
+    if isinstance(target, CharucoBoard):
+        _check_picture(image, target)
+        return find_charuco(image, target)
+    corners = find_corners(image, target)
+    kept = inliers(corners.xy_px, corners.sigma_px)
+    return Detection(
+        np.flatnonzero(kept),
+        corners.xy_px[kept],
+        corners.sigma_px[kept],
+        corners.blur_px,
+        corners.contrast,
+    )
+
+
+def full_corners(image: Image, target: Target) -> Corners:
+    """Find all inner corners of a target, for those who need the whole grid.
+
+    Raises:
+        TargetError: as `find_target`; reason clipped where a part is missing.
+        ConfigError: a ChArUco board of fewer than 3 x 3 inner corners.
+    """
+    if not isinstance(target, CharucoBoard):
+        return find_corners(image, target)
+    board = target.as_checkerboard
+    detection = find_target(image, target)
+    if len(detection) < board.rows * board.columns:
+        raise TargetError(
+            f"all {board} inner corners of a ChArUco board asked for, found {len(detection)}; move "
+            "the board until all of it is in view, without glare",
+            reason="clipped",
+        )
+    shape = (board.rows, board.columns)
+    return Corners(
+        board,
+        detection.xy_px.reshape(*shape, 2),
+        detection.sigma_px.reshape(shape),
+        detection.blur_px,
+        detection.contrast,
+    )
+
+
+def _check_picture(image: Image, target: Target) -> None:
+    if image.ndim != 2 or min(image.shape) < 16 or not _finite(image):
+        raise TargetError(
+            f"{target} board asked for in an array of shape {image.shape}; give a grey picture "
+            "(H, W) of at least 16 x 16 finite pixels",
+            reason="not-found",
+        )
+
+
+def _finite(image: NDArray[np.generic]) -> bool:
+    return image.dtype.kind != "f" or bool(np.isfinite(image).all())

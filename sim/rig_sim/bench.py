@@ -1,0 +1,98 @@
+"""A whole simulated bench: clock, stage and world, plugged together."""
+
+from collections.abc import Callable, Generator
+from contextlib import ExitStack, contextmanager
+
+from rig.devices import Clock, SystemClock
+from rig.errors import ConfigError
+from rig.profile import FirmwareConfig, Profile, StageProtocol, WorldConfig
+from rig_sim.carriage import Carriage
+from rig_sim.clock import VirtualClock
+from rig_sim.firmware.grbl import GrblFirmware
+from rig_sim.firmware.marlin import MarlinFirmware
+from rig_sim.firmware.zaber import ZaberFirmware
+from rig_sim.wire import Firmware, plug
+from rig_sim.wire.serve import serve_on_pty
+from rig_sim.wire.serve_tcp import serve_on_tcp
+from rig_sim.world import World
+
+
+@contextmanager
+def plugged_world(
+    profile: Profile, *, uses_stage: bool, target_in_hand: bool = False
+) -> Generator[World]:
+    """Build the World of a profile and plug its stage into the serial port that it names.
+
+    Args:
+        profile: a profile with a `[world]`.
+        uses_stage: whether the stage takes part; it decides what stands before the camera.
+        target_in_hand: whether a hand shows the board, where no stage carries it.
+
+    Raises:
+        ConfigError: the profile has no `[world]`.
+    """
+    config = _world_of(profile)
+    stage = profile.stage if uses_stage else None
+    is_simulated = stage is not None and stage.port.startswith("sim://")
+    # A stage at a true port needs true time: in a fast world its deadlines would never come.
+    is_fast = config.clock == "fast" and (stage is None or is_simulated)
+    clock: Clock = VirtualClock() if is_fast else SystemClock()
+    carriage = Carriage(config.carriage, clock)
+    scene = config.sweep_scene if uses_stage else config.capture_scene
+    if target_in_hand:
+        scene = "board"
+    with ExitStack() as stack:
+        if stage is not None and is_simulated:
+            firmware = make_firmware(stage.kind, config.firmware, carriage, clock)
+            stack.enter_context(plug(stage.port, firmware))
+        yield World(profile, clock=clock, carriage=carriage, scene=scene, in_hand=target_in_hand)
+
+
+def make_firmware(
+    protocol: StageProtocol, config: FirmwareConfig, carriage: Carriage, clock: Clock
+) -> Firmware:
+    """Return the controller that speaks a protocol and moves `carriage`."""
+    match protocol:
+        case "grbl":
+            return GrblFirmware(config, carriage, clock)
+        case "zaber":
+            return ZaberFirmware(config, carriage, clock)
+        case "marlin":
+            return MarlinFirmware(config, carriage, clock)
+
+
+def serve_stage(
+    profile: Profile,
+    protocol: StageProtocol,
+    on_ready: Callable[[str], None],
+    *,
+    tcp_port: int | None = None,
+) -> None:
+    """Offer the stage of a profile on a pseudo-terminal or TCP port, in real time, until Ctrl-C.
+
+    Args:
+        profile: a profile with a `[world]`.
+        protocol: what the controller speaks, whatever the profile's own stage is.
+        on_ready: called once with the path or URL to open.
+        tcp_port: TCP port on the loopback interface, 0 for a free one; None for a terminal.
+
+    Raises:
+        ConfigError: the profile has no `[world]`, or the TCP port is taken.
+    """
+    config, clock = _world_of(profile), SystemClock()
+    firmware = make_firmware(protocol, config.firmware, Carriage(config.carriage, clock), clock)
+    if tcp_port is None:
+        serve_on_pty(firmware, on_ready=on_ready)
+        return
+    try:
+        serve_on_tcp(firmware, tcp_port, on_ready=on_ready)
+    except OSError as error:
+        raise ConfigError(
+            f"TCP port {tcp_port} cannot be opened ({error}); choose another, 0 takes a free one"
+        ) from error
+
+
+def _world_of(profile: Profile) -> WorldConfig:
+    if profile.world is None:
+        raise ConfigError(f"profile {profile.name}: a simulated rig needs a [world] section")
+    return profile.world

@@ -1,0 +1,107 @@
+"""Noise-free pictures of a World, each rendered once."""
+
+import hashlib
+import json
+from collections import OrderedDict
+from dataclasses import asdict
+from functools import cache
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.profile.world import ViewErrorConfig, WorldConfig
+from rig_sim.cache import PictureCache, cache_folder
+from rig_sim.noise import Exposure
+from rig_sim.render_analytic import AnalyticRenderer
+from rig_sim.render_mitsuba import MitsubaRenderer
+from rig_sim.world import Moment, World
+
+Picture = NDArray[np.float32]
+
+_MOMENTS_KEPT = 3
+
+
+class Renderer(Protocol):
+    """Turns a moment of the World into light."""
+
+    name: str
+    """What else than the moment the pictures depend on."""
+
+    def render(self, moment: Moment) -> Picture:
+        """Return noise-free, unblurred light of all views, (V, H, W), 1 = full scale."""
+        ...
+
+
+class CachedRenderer:
+    """A slow renderer whose pictures are kept on disk."""
+
+    def __init__(self, renderer: Renderer, cache: PictureCache) -> None:
+        self.name = renderer.name
+        self._renderer = renderer
+        self._cache = cache
+
+    def render(self, moment: Moment) -> Picture:
+        """See `Renderer.render`; rounded to 16 bit, whether stored or new."""
+        key = self._key(moment)
+        camera = moment.cameras[0]
+        shape = (len(moment.cameras), camera.height_px, camera.width_px)
+        stored = self._cache.load(key, shape)
+        return self._cache.store(key, self._renderer.render(moment)) if stored is None else stored
+
+    def _key(self, moment: Moment) -> str:
+        content = json.dumps([self.name, _source(), asdict(moment)])
+        return hashlib.sha256(content.encode()).hexdigest()
+
+
+class Exposures:
+    """Exposures of the World's moments, the latest few kept in memory."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._renderer = _renderer(world.config)
+        self._kept: OrderedDict[Moment, tuple[Exposure, ...]] = OrderedDict()
+
+    @property
+    def renderer(self) -> str:
+        """Name of the renderer."""
+        return self._renderer.name
+
+    def at(self, t_s: float) -> tuple[Exposure, ...]:
+        """Return the exposure of every view at `t_s`, in the profile's order."""
+        moment = self._world.moment(t_s)
+        if moment not in self._kept:
+            self._kept[moment] = self._expose(moment)
+            if len(self._kept) > _MOMENTS_KEPT:
+                self._kept.popitem(last=False)
+        self._kept.move_to_end(moment)
+        return self._kept[moment]
+
+    def _expose(self, moment: Moment) -> tuple[Exposure, ...]:
+        config = self._world.config
+        return tuple(
+            Exposure.of(
+                light,
+                config.sensor,
+                config.view_errors.get(camera.view, ViewErrorConfig()),
+                blur_px=config.optics.blur_px,
+            )
+            for camera, light in zip(moment.cameras, self._renderer.render(moment), strict=True)
+        )
+
+
+def _renderer(config: WorldConfig) -> Renderer:
+    if config.renderer == "analytic":
+        return AnalyticRenderer()
+    mitsuba = MitsubaRenderer(samples_per_px=config.samples_per_px, seed=config.seed)
+    return CachedRenderer(mitsuba, PictureCache(cache_folder()))
+
+
+@cache
+def _source() -> str:
+    """Fingerprint of this package's source: scenes and renderers are part of every picture."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,244 @@
+"""The one truth of a simulated rig: the stage moves in it, the camera looks at it.
+
+Tests may read the truth; `rig` may not.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.devices import Clock
+from rig.errors import ConfigError
+from rig.profile import (
+    CharucoConfig,
+    OakCameraConfig,
+    Profile,
+    SimCameraConfig,
+    TargetConfig,
+    ViewConfig,
+)
+from rig.profile.world import Vector, ViewErrorConfig, WorldConfig
+from rig_sim.board import INK, PAPER, Board
+from rig_sim.charuco_print import charuco_print
+from rig_sim.hand import Hand, Reach
+from rig_sim.optics import TrueCamera
+from rig_sim.scenes.catalogue import Scene, static_shapes
+from rig_sim.surface import cast
+
+Array = NDArray[np.float64]
+
+_POSITION_GRID_MM = 0.0005
+_FOCAL_GRID_PX = 0.001
+
+
+class Carriage(Protocol):
+    """What carries the board."""
+
+    def travelled_mm(self, t_s: float) -> float:
+        """Return the true displacement from machine zero along the axis of travel at `t_s`."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """All that decides a noise-free multi-view; a plain value, so that pictures can be cached."""
+
+    scene: Scene
+    cameras: tuple[TrueCamera, ...]
+    """In the profile's order."""
+    board: Board | None
+
+
+class World:
+    """Cameras, board and surroundings of one simulated rig, as functions of time.
+
+    The board rests on a grid of 0.5 um and the focal length on one of 0.001 px. They shift no slope
+    by more than 0.0001 px and no corner of a picture by more than 0.0003 px, but they let a
+    carriage that comes to rest and a slowly warming lens give the same picture again.
+
+    Args:
+        profile: a profile with a `[world]` and a camera that can look at it.
+        clock: time of the whole bench; `t_s` below is its time.
+        carriage: what moves the board.
+        scene: what stands before the cameras: `board`, or `desk` without a board.
+        in_hand: whether a hand shows the board, in place of the carriage.
+
+    Raises:
+        ConfigError: the profile lacks a part that this scene needs.
+    """
+
+    def __init__(
+        self,
+        profile: Profile,
+        *,
+        clock: Clock,
+        carriage: Carriage,
+        scene: Scene,
+        in_hand: bool = False,
+    ) -> None:
+        camera = profile.camera
+        if profile.world is None or not isinstance(camera, SimCameraConfig | OakCameraConfig):
+            raise ConfigError(
+                f"profile {profile.name}: a simulated world needs a [world] section and a camera "
+                f'with a size (camera.kind = "sim" or "oak"), found {camera.kind!r}'
+            )
+        if scene == "board" and profile.target is None:
+            raise ConfigError(f"profile {profile.name}: scene board needs a [target] section")
+        self.profile = profile
+        self.config: WorldConfig = profile.world
+        self.clock = clock
+        self.scene: Scene = scene
+        self._camera = camera
+        self._carriage = carriage
+        self._began_s = clock.now_s()
+        target = profile.target
+        self._print = charuco_print(target) if isinstance(target, CharucoConfig) else ()
+        self._hand = self._new_hand() if in_hand else None
+
+    def moment(self, t_s: float) -> Moment:
+        """Return everything that a picture taken at `t_s` depends on."""
+        focal_px = self._focal_px(t_s)
+        cameras = tuple(self._true_camera(view, focal_px) for view in self.profile.views)
+        return Moment(self.scene, cameras, self._board(t_s))
+
+    def temperature_degc(self, t_s: float) -> float:
+        """Return the temperature of the cameras."""
+        warming = self.config.temperature
+        passed_s = t_s - self._began_s
+        return warming.start_degc + warming.rise_degc * -math.expm1(-passed_s / warming.time_s)
+
+    def true_distance_mm(self, t_s: float) -> float:
+        """Return the depth of the board's middle in the reference camera at `t_s`.
+
+        Raises:
+            ConfigError: this scene has no board.
+        """
+        moment = self.moment(t_s)
+        if moment.board is None:
+            raise ConfigError(f"scene {self.scene} has no board whose distance could be asked for")
+        reference = moment.cameras[self.profile.reference]
+        away_mm = np.asarray(moment.board.centre_mm) - np.asarray(reference.position_mm)
+        return float(away_mm @ reference.rotation[:, 2])
+
+    def true_slope_px(self, distance_mm: float, t_s: float | None = None) -> float:
+        """Return the slope of a point at a depth, px per view step, for faultless view poses.
+
+        Args:
+            distance_mm: depth of the point.
+            t_s: when; it matters only for a lens that drifts. Without it: when the world began.
+        """
+        optics = self.config.optics
+        focal_px = self._focal_px(self._began_s if t_s is None else t_s)
+        return self.profile.pitch_mm * (focal_px / distance_mm - optics.focal_px / optics.focus_mm)
+
+    @property
+    def focus_mm(self) -> float:
+        """True focus distance: where the slope is 0."""
+        return self.config.optics.focus_mm
+
+    def true_depth_mm(self, t_s: float | None = None) -> Array:
+        """Return depth along +z of the reference camera through every pixel centre, (H, W).
+
+        Infinite where nothing is hit. Without `t_s`: now.
+        """
+        moment = self.moment(self.clock.now_s() if t_s is None else t_s)
+        reference = moment.cameras[self.profile.reference]
+        shapes = list(static_shapes(moment.scene))
+        if moment.board is not None:
+            shapes.append(moment.board.shape())
+        directions = reference.directions(*reference.pixel_grid()) @ reference.rotation.T
+        # Directions have z = 1 in the camera frame: the distance along them is the depth.
+        return cast(shapes, np.asarray(reference.position_mm), directions)[0]
+
+    def _focal_px(self, t_s: float) -> float:
+        optics = self.config.optics
+        warmer_degc = self.temperature_degc(t_s) - self.config.temperature.start_degc
+        focal_px = optics.focal_px * (1.0 + 1e-6 * optics.focal_drift_ppm_per_degc * warmer_degc)
+        return round(focal_px / _FOCAL_GRID_PX) * _FOCAL_GRID_PX
+
+    def _true_camera(self, view: ViewConfig, focal_px: float) -> TrueCamera:
+        optics, pitch_mm = self.config.optics, self.profile.pitch_mm
+        error = self.config.view_errors.get(view.name, ViewErrorConfig())
+        right_mm, down_mm = view.x_steps * pitch_mm, view.y_steps * pitch_mm
+        # The sensor is shifted once, mechanically: it does not follow a drifting focal length.
+        px_per_mm = optics.focal_px / optics.focus_mm
+        width_px, height_px = self._camera.width_px, self._camera.height_px
+        return TrueCamera(
+            view=view.name,
+            width_px=width_px,
+            height_px=height_px,
+            focal_px=focal_px,
+            centre_px=(
+                (width_px - 1) / 2.0 + px_per_mm * right_mm,
+                (height_px - 1) / 2.0 + px_per_mm * down_mm,
+            ),
+            position_mm=(
+                right_mm + error.shift_mm[0],
+                down_mm + error.shift_mm[1],
+                error.shift_mm[2],
+            ),
+            rotation_deg=error.rotation_deg,
+            distortion=error.distortion,
+        )
+
+    def _board(self, t_s: float) -> Board | None:
+        target = self.profile.target
+        if self.scene != "board" or target is None:
+            return None
+        if self._hand is not None:
+            return self._printed(target, *self._hand.pose(t_s - self._began_s))
+        config = self.config
+        travelled_mm = self._carriage.travelled_mm(t_s)
+        travelled_mm = round(travelled_mm / _POSITION_GRID_MM) * _POSITION_GRID_MM
+        right, down = np.tan(np.radians(config.carriage.axis_deg))
+        axis = np.array([right, down, 1.0]) / math.hypot(right, down, 1.0)
+        start_mm = np.array([*config.board_offset_mm, config.carriage.board_at_machine_zero_mm])
+        x_mm, y_mm, z_mm = (start_mm + travelled_mm * axis).tolist()
+        return self._printed(target, (x_mm, y_mm, z_mm), (*config.board_tilt_deg, 0.0))
+
+    def _new_hand(self) -> Hand:
+        board = self._board_at_rest()
+        half_width_mm, half_height_mm = board.half_size_mm.tolist()
+        reach = Reach(
+            focal_px=self.config.optics.focal_px,
+            half_size_px=(self._camera.width_px / 2.0, self._camera.height_px / 2.0),
+            half_board_mm=(half_width_mm, half_height_mm),
+        )
+        return Hand(self.config.hand, reach, seed=self.config.seed)
+
+    def _board_at_rest(self) -> Board:
+        """The board of the profile, in the middle of the world.
+
+        Raises:
+            ConfigError: the profile has none.
+        """
+        if self.profile.target is None:
+            raise ConfigError(f"profile {self.profile.name}: a hand needs a [target] to show")
+        return self._printed(self.profile.target, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+    def _printed(self, target: TargetConfig, centre_mm: Vector, rotation_deg: Vector) -> Board:
+        """The board of the profile at a place."""
+        square_mm = self.config.board_square_mm or target.square_mm
+        margin_mm = self.config.board_margin_mm
+        if isinstance(target, CharucoConfig):
+            return Board(
+                columns=target.squares_across - 1,
+                rows=target.squares_down - 1,
+                square_mm=square_mm,
+                margin_mm=margin_mm,
+                centre_mm=centre_mm,
+                rotation_deg=rotation_deg,
+                print=self._print,
+                margin_light=INK if target.inverted else PAPER,
+            )
+        return Board(
+            columns=target.columns,
+            rows=target.rows,
+            square_mm=square_mm,
+            margin_mm=margin_mm,
+            centre_mm=centre_mm,
+            rotation_deg=rotation_deg,
+        )

@@ -1,5 +1,0 @@
-"""Serial ports that lead to a simulated firmware."""
-
-from sim.wire.sockets import Firmware, plug
-
-__all__ = ["Firmware", "plug"]
