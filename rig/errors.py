@@ -19,14 +19,26 @@ RigError
 ├── FormatError                       a file of another tool's format, or what it cannot hold
 └── StoreError                        database or frame folder cannot be read or written
 
-Messages say what was asked, what was found (with units) and what to do next.
+Each carries what was asked and found (with units) and what to do next, as two fields; its text
+is both, joined by a semicolon. Programs read the fields and never cut the text.
 """
 
 from collections.abc import Mapping
 
 
 class RigError(Exception):
-    """Base of every error that rig raises on purpose; the command line prints it as one line."""
+    """Base of every error that rig raises on purpose; the command line prints it as one line.
+
+    Args:
+        found: what was asked and what was found, with numbers and units.
+        advice: what to do next; empty where whoever passes the error on knows it and this place
+            does not.
+    """
+
+    def __init__(self, found: str, *, advice: str = "") -> None:
+        super().__init__(f"{found}; {advice}" if advice else found)
+        self.found = found
+        self.advice = advice
 
 
 class ConfigError(RigError, ValueError):
@@ -36,8 +48,8 @@ class ConfigError(RigError, ValueError):
 class DeviceError(RigError):
     """Something went wrong with one device."""
 
-    def __init__(self, device: str, message: str) -> None:
-        super().__init__(f"{device}: {message}")
+    def __init__(self, device: str, found: str, *, advice: str = "") -> None:
+        super().__init__(f"{device}: {found}", advice=advice)
         self.device = device
 
 
@@ -72,8 +84,8 @@ class CaptureTimeoutError(DeviceError, TimeoutError):
             device,
             f"asked for all views within {timeout_s:.2f} s, nothing "
             f"{f'usable ({came}) ' if came else ''}came from "
-            f"{', '.join(missing)}; check cable and power of these views, "
-            "or raise camera.timeout_s",
+            f"{', '.join(missing)}",
+            advice="check cable and power of these views, or raise camera.timeout_s",
         )
         self.missing = missing
         self.timeout_s = timeout_s
@@ -85,8 +97,8 @@ class ViewSkewError(DeviceError):
     def __init__(self, device: str, *, skew_s: float, allowed_s: float) -> None:
         super().__init__(
             device,
-            f"views {skew_s * 1e3:.2f} ms apart, allowed {allowed_s * 1e3:.2f} ms; "
-            "use hardware sync, or raise camera.max_skew_s for a static scene",
+            f"views {skew_s * 1e3:.2f} ms apart, allowed {allowed_s * 1e3:.2f} ms",
+            advice="use hardware sync, or raise camera.max_skew_s for a static scene",
         )
         self.skew_s = skew_s
         self.allowed_s = allowed_s
@@ -100,8 +112,8 @@ class ControlError(DeviceError):
     ) -> None:
         super().__init__(
             device,
-            f"asked for {control} {wanted}, the camera applies {applied}; "
-            + (then or "choose a value that the sensor can keep"),
+            f"asked for {control} {wanted}, the camera applies {applied}",
+            advice=then or "choose a value that the sensor can keep",
         )
         self.control = control
         self.wanted = wanted
@@ -115,8 +127,8 @@ class StageLimitError(DeviceError, ValueError):
         low_mm, high_mm = travel_mm
         super().__init__(
             device,
-            f"asked for {wanted_mm:.3f} mm, travel is {low_mm:.3f}..{high_mm:.3f} mm; "
-            "choose distances inside the travel",
+            f"asked for {wanted_mm:.3f} mm, travel is {low_mm:.3f}..{high_mm:.3f} mm",
+            advice="choose distances inside the travel",
         )
         self.wanted_mm = wanted_mm
         self.travel_mm = travel_mm
@@ -125,16 +137,16 @@ class StageLimitError(DeviceError, ValueError):
 class StageAlarmError(DeviceError):
     """The controller stopped or refused; the position must not be trusted until homed again."""
 
-    def __init__(self, device: str, message: str, *, code: str) -> None:
-        super().__init__(device, message)
+    def __init__(self, device: str, found: str, *, advice: str = "", code: str) -> None:
+        super().__init__(device, found, advice=advice)
         self.code = code
 
 
 class StageTimeoutError(DeviceError, TimeoutError):
     """The controller did not answer, or the move did not end, in time."""
 
-    def __init__(self, device: str, message: str, *, timeout_s: float) -> None:
-        super().__init__(device, message)
+    def __init__(self, device: str, found: str, *, advice: str = "", timeout_s: float) -> None:
+        super().__init__(device, found, advice=advice)
         self.timeout_s = timeout_s
 
 
@@ -147,7 +159,8 @@ class StagePositionError(DeviceError):
         super().__init__(
             device,
             f"sent to {wanted_mm:.3f} mm, reads {reached_mm:.3f} mm "
-            f"(tolerance {tolerance_mm:.3f} mm); look for an obstacle or lost steps and home again",
+            f"(tolerance {tolerance_mm:.3f} mm)",
+            advice="look for an obstacle or lost steps and home again",
         )
         self.wanted_mm = wanted_mm
         self.reached_mm = reached_mm
@@ -157,8 +170,8 @@ class StagePositionError(DeviceError):
 class TargetError(RigError):
     """The calibration target could not be used; `reason` is one word for programs."""
 
-    def __init__(self, message: str, *, reason: str) -> None:
-        super().__init__(message)
+    def __init__(self, found: str, *, advice: str = "", reason: str) -> None:
+        super().__init__(found, advice=advice)
         self.reason = reason
 
 

@@ -35,8 +35,8 @@ def write_bytes(path: Path, content: bytes) -> None:
         put_in_place(path, content)
     except OSError as error:
         raise StoreError(
-            f"{path}: {len(content)} bytes cannot be written: {error.strerror}; make room or "
-            "choose another folder"
+            f"{path}: {len(content)} bytes cannot be written: {error.strerror}",
+            advice="make room or choose another folder",
         ) from error
 
 
@@ -49,4 +49,6 @@ def read_bytes(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise StoreError(f"{path}: cannot be read: {error.strerror}; check the path") from error
+        raise StoreError(
+            f"{path}: cannot be read: {error.strerror}", advice="check the path"
+        ) from error

@@ -35,8 +35,8 @@ def even_distances_mm(from_mm: float, to_mm: float, count: int) -> tuple[float, 
     """
     if count < 2 or from_mm == to_mm:
         raise ConfigError(
-            f"asked for {count} distances from {from_mm} to {to_mm} mm; "
-            "give two distances or more and two different ends"
+            f"asked for {count} distances from {from_mm} to {to_mm} mm",
+            advice="give two distances or more and two different ends",
         )
     return tuple(float(d) for d in np.linspace(from_mm, to_mm, count))
 
@@ -67,11 +67,13 @@ def plan_stops(
         StageLimitError: a distance lies outside the travel; nothing has moved.
     """
     if not distances_mm or not all(math.isfinite(d) for d in distances_mm):
-        raise ConfigError(f"asked for distances {list(distances_mm)} mm; give finite numbers in mm")
+        raise ConfigError(
+            f"asked for distances {list(distances_mm)} mm", advice="give finite numbers in mm"
+        )
     ordered = sorted(float(d) for d in distances_mm)
     for near_mm, far_mm in itertools.pairwise(ordered):
         if near_mm == far_mm:
-            raise ConfigError(f"{near_mm} mm is asked for twice; give every distance once")
+            raise ConfigError(f"{near_mm} mm is asked for twice", advice="give every distance once")
     for distance_mm in (ordered[0], ordered[-1]):
         if not travel_mm[0] <= distance_mm <= travel_mm[1]:
             raise StageLimitError(stage, wanted_mm=distance_mm, travel_mm=travel_mm)

@@ -85,7 +85,9 @@ class RecordingWriter:
         try:
             self._file = path.open("xb")
         except FileExistsError as error:
-            raise StoreError(f"{path}: exists already; name another file or remove it") from error
+            raise StoreError(
+                f"{path}: exists already", advice="name another file or remove it"
+            ) from error
         except OSError as error:
             raise StoreError(f"{path}: cannot be written: {error.strerror}") from error
         self._writer = Writer(self._file, chunk_size=1)  # a chunk per message: nothing is held back
@@ -140,7 +142,9 @@ class RecordingWriter:
         self._writer.add_message(channel, log_time=time_ns, publish_time=time_ns, data=data)
 
     def _trouble(self, error: OSError) -> StoreError:
-        return StoreError(f"{self._path}: cannot be written: {error.strerror}; is the disk full?")
+        return StoreError(
+            f"{self._path}: cannot be written: {error.strerror}", advice="is the disk full?"
+        )
 
 
 def recorded_views(path: Path) -> tuple[str, ...]:
@@ -151,7 +155,7 @@ def recorded_views(path: Path) -> tuple[str, ...]:
     """
     for multi_view in recorded(path):
         return tuple(frame.view for frame in multi_view.frames)
-    raise StoreError(f"{path}: holds no whole multi-view; record it again")
+    raise StoreError(f"{path}: holds no whole multi-view", advice="record it again")
 
 
 def recorded(path: Path) -> Iterator[MultiView]:
@@ -187,7 +191,7 @@ def _read(file: IO[bytes], path: Path) -> Iterator[MultiView]:
     except McapError as error:
         raise StoreError(f"{path}: is no MCAP file, or damaged: {error}") from error
     except Exception as error:  # the library lets struct.error, zstd's errors and more through
-        raise StoreError(f"{path}: is damaged: {error!r}; record it again") from error
+        raise StoreError(f"{path}: is damaged: {error!r}", advice="record it again") from error
 
 
 def _image_message(frame: Frame) -> dict[str, object]:

@@ -64,8 +64,8 @@ class Album:
         open_ones = [f for f in folders if f.is_dir() and not (f / SOLVED).exists()]
         if not open_ones:
             raise ConfigError(
-                f"asked to resume a calibration of {profile.name}, none is unfinished; "
-                f"rig calibrate {profile.name} begins one"
+                f"asked to resume a calibration of {profile.name}, none is unfinished",
+                advice=f"rig calibrate {profile.name} begins one",
             )
         album = cls(open_ones[-1])
         file = album.folder / "profile.json"
@@ -75,7 +75,8 @@ class Album:
         if changed is not None:
             raise ConfigError(
                 f"asked to resume the calibration in {album.folder}: {changed} of the profile has "
-                "changed since; undo that, or begin a new calibration"
+                "changed since",
+                advice="undo that, or begin a new calibration",
             )
         return album
 

@@ -31,8 +31,8 @@ def stored_pictures(profile: Profile, given: Sequence[str], root: Path) -> Profi
         files = dict(_pair(text) for text in given)
         if set(files) != set(names):
             raise ConfigError(
-                f"--frames names {', '.join(sorted(files))}; give one VIEW=PATTERN for each of "
-                f"{', '.join(names)}, or one folder"
+                f"--frames names {', '.join(sorted(files))}",
+                advice=f"give one VIEW=PATTERN for each of {', '.join(names)}, or one folder",
             )
         files = {name: _below(folder, pattern) for name, pattern in files.items()}
         folder = Path(folder.anchor)
@@ -66,5 +66,6 @@ def _pattern(folder: Path, name: str) -> str:
             return pattern
     raise ConfigError(
         f"--frames {folder}: nothing for view {name}; expected {name}.mp4, images in {name}/, or "
-        f"images {name}*.png; or name them with --frames {name}=PATTERN"
+        f"images {name}*.png",
+        advice=f"or name them with --frames {name}=PATTERN",
     )

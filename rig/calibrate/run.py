@@ -79,15 +79,15 @@ def run_calibration(
     """
     profile = request.profile
     if profile.target is None:
-        raise ConfigError(f"profile {profile.name}: a calibration needs [target]; add it")
+        raise ConfigError(f"profile {profile.name}: a calibration needs [target]", advice="add it")
     if request.on_stage:
         sweep_setup(profile)
     session = _Session(request, target_of(profile.target), interrupts, report, tell)
     recorded = isinstance(profile.camera, FolderCameraConfig)
     if recorded and (request.resume or request.on_stage):
         raise ConfigError(
-            f"profile {profile.name}: stored pictures are read from the start and know no stage; "
-            "leave out --resume and --stage"
+            f"profile {profile.name}: stored pictures are read from the start and know no stage",
+            advice="leave out --resume and --stage",
         )
     if recorded:
         session.read_recording()
@@ -166,7 +166,8 @@ class _Session:
         if not self.sighted and self.tally.last is not None:
             raise TargetError(
                 f"calibration of {self.profile.name} asked for, the target is in none of "
-                f"{self.tally.pictures} pictures; the last one: {self.tally.last}",
+                f"{self.tally.pictures} pictures",
+                advice=f"the last one: {self.tally.last}",
                 reason=self.tally.last.reason,
             )
         return solve(self.profile, self.target, self.sighted, choices or self.request.choices)

@@ -19,8 +19,8 @@ class CaptureFolder:
             self._facts = (folder / "frames.jsonl").open("w", encoding="utf-8")
         except OSError as error:
             raise StoreError(
-                f"capture folder {folder}: cannot be written: {error.strerror}; "
-                "choose another one with --out"
+                f"capture folder {folder}: cannot be written: {error.strerror}",
+                advice="choose another one with --out",
             ) from error
         self._rectifier = rectifier
         self._curve_id = curve_id
@@ -49,8 +49,8 @@ class CaptureFolder:
             self._facts.flush()
         except OSError as error:
             raise StoreError(
-                f"{self._facts.name}: cannot be written: {error.strerror}; make room and "
-                "capture again, earlier maps are kept"
+                f"{self._facts.name}: cannot be written: {error.strerror}",
+                advice="make room and capture again, earlier maps are kept",
             ) from error
 
     def close(self) -> None:

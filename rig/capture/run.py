@@ -155,16 +155,17 @@ def require_matching(rectifier: Rectifier, calibrated: Profile, curve: StoredCur
         found, asked = getattr(calibrated, what), getattr(profile, what)
         shown = f"{found} there, {asked} here" if what != "views" else "other places of views"
         raise CurveError(
-            f"curve {curve_id} belongs to another rig: {what} differs ({shown}); "
-            f"run `rig sweep {profile.name}` or choose with --curve"
+            f"curve {curve_id} belongs to another rig: {what} differs ({shown})",
+            advice=f"run `rig sweep {profile.name}` or choose with --curve",
         )
     if curve.calibration_id != rectifier.calibration_id:
         then, now = (_calibration(i) for i in (curve.calibration_id, rectifier.calibration_id))
         choice = rectifier.calibration_id or NO_CALIBRATION
         raise CurveError(
             f"curve {curve_id} was measured with {then}, asked to use it with {now}: its slopes "
-            f"are others; run `rig fit {curve.sweep_id} --calibration {choice}`, or give "
-            f"--calibration {curve.calibration_id or NO_CALIBRATION}"
+            f"are others",
+            advice=f"run `rig fit {curve.sweep_id} --calibration {choice}`, or give "
+            f"--calibration {curve.calibration_id or NO_CALIBRATION}",
         )
 
 

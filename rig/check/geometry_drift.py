@@ -34,7 +34,7 @@ def geometry_drift(profile: Profile, stored: StoredCalibration) -> GeometryDrift
         ConfigError: the profile has no target, or the calibration cannot be read.
     """
     if profile.target is None:
-        raise ConfigError(f"profile {profile.name}: has no [target]; add it to the file")
+        raise ConfigError(f"profile {profile.name}: has no [target]", advice="add it to the file")
     target, geometry = target_of(profile.target), geometry_from_json(stored.geometry)
 
     def compare(multiview: MultiView) -> Item:

@@ -14,7 +14,7 @@ def plan_mm(profile: Profile) -> tuple[float, float]:
     """
     config = profile.sweep
     if config is None:
-        raise ConfigError(f"profile {profile.name}: has no [sweep]; add it to the file")
+        raise ConfigError(f"profile {profile.name}: has no [sweep]", advice="add it to the file")
     return min(config.from_mm, config.to_mm), max(config.from_mm, config.to_mm)
 
 

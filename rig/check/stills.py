@@ -52,7 +52,7 @@ class ViewStills:
 def see_board(image: NDArray[np.uint8] | NDArray[np.uint16], board: Target | None) -> Sighting:
     """Return the corners of the board, or the reason why there are none."""
     if board is None:
-        return TargetError("the profile has no [target]; add it", reason="no-target")
+        return TargetError("the profile has no [target]", advice="add it", reason="no-target")
     try:
         return full_corners(image, board)
     except TargetError as error:

@@ -76,7 +76,7 @@ def _multiviews(profile: Profile) -> int:
     """How many multi-views a sweep takes, the way back included."""
     config = profile.sweep
     if config is None:
-        raise ConfigError(f"profile {profile.name}: has no [sweep]; add it to the file")
+        raise ConfigError(f"profile {profile.name}: has no [sweep]", advice="add it to the file")
     stops = plan_stops(
         even_distances_mm(config.from_mm, config.to_mm, config.count),
         holdout_every=config.holdout_every,

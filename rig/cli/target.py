@@ -109,7 +109,7 @@ def _of_profile(name: str, overrides: list[str]) -> "Target":
     profile = load_profile(name, overrides)
     if profile.target is None:
         raise ConfigError(
-            f"profile {profile.name}: has no [target] to draw; add one, or use --kind"
+            f"profile {profile.name}: has no [target] to draw", advice="add one, or use --kind"
         )
     return target_of(profile.target)
 

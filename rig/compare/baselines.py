@@ -41,7 +41,8 @@ def _stereo(name: str, match: Matcher, *, filled: bool = False) -> Method:
         if width <= count + _BLOCK_PX or height <= _BLOCK_PX:
             raise SlopeError(
                 f"asked {name} for {count} disparities, the pair has {width} px along its baseline "
-                f"and {height} px across; narrow slopes.range_px or give larger images"
+                f"and {height} px across",
+                advice="narrow slopes.range_px or give larger images",
             )
         disparity_px = match(pair, first, count)
         return pair.slope_px(fill_background(disparity_px) if filled else disparity_px)

@@ -70,7 +70,8 @@ def compare_frames(
     if not taken:
         raise SlopeError(
             f"asked {profile.name} for multi-views to compare on, none came whose views lie "
-            f"within {1e3 * profile.camera.max_skew_s:.1f} ms; check the camera and its sync"
+            f"within {1e3 * profile.camera.max_skew_s:.1f} ms",
+            advice="check the camera and its sync",
         )
     frames = [rectifier.views(multiview.stack()) for multiview in taken]
     pair = best_pair(frames[0])

@@ -74,7 +74,8 @@ def best_pair(views: RectifiedViews) -> Pair:
     if baseline[partner] == 0.0:
         raise SlopeError(
             f"asked for a stereo pair, none of {len(baseline) - 1} views lies in the row or column "
-            "of the reference view; compare with a rig that has one there"
+            "of the reference view",
+            advice="compare with a rig that has one there",
         )
     left, right = _eight_bit(views.images[views.reference], views.images[partner])
     is_transposed = bool(abs(views.y_steps[partner]) > abs(views.x_steps[partner]))

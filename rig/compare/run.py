@@ -104,7 +104,8 @@ def _require_same_rig(profile: Profile, store: Store, sweep_id: int) -> None:
     if what is not None:
         raise ConfigError(
             f"asked to compare {profile.name} on sweep {sweep_id} of rig {taken.name}: {what} "
-            "differs from what the sweep was taken with; choose another one with --sweep"
+            "differs from what the sweep was taken with",
+            advice="choose another one with --sweep",
         )
 
 
@@ -117,8 +118,9 @@ def _require_same_calibration(store: Store, sweep_id: int, curve_id: int) -> Non
     if of_sweep != of_curve:
         raise ConfigError(
             f"asked to compare by curve {curve_id} of calibration {of_curve or 'none'} on sweep "
-            f"{sweep_id}, measured with calibration {of_sweep or 'none'}; run `rig fit {sweep_id} "
-            f"--calibration {of_curve or 'none'}`, or choose another sweep"
+            f"{sweep_id}, measured with calibration {of_sweep or 'none'}",
+            advice=f"run `rig fit {sweep_id} "
+            f"--calibration {of_curve or 'none'}`, or choose another sweep",
         )
 
 
@@ -127,8 +129,8 @@ def _make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise StoreError(
-            f"comparison folder {folder}: cannot be made: {error.strerror}; choose another one "
-            "with --out"
+            f"comparison folder {folder}: cannot be made: {error.strerror}",
+            advice="choose another one with --out",
         ) from error
 
 

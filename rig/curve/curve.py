@@ -48,20 +48,25 @@ class Curve:
         count = len(self.law.fitted)
         covariance = np.array(self.covariance)
         if not 0 < near_mm < far_mm < np.inf:
-            raise CurveError(f"a curve valid for {near_mm}..{far_mm} mm has no range; fit it again")
+            raise CurveError(
+                f"a curve valid for {near_mm}..{far_mm} mm has no range", advice="fit it again"
+            )
         if covariance.shape != (count, count) or not np.isfinite(covariance).all():
             raise CurveError(
                 f"the {self.model} curve has {count} fitted parameters and a covariance of shape "
-                f"{covariance.shape}; it must be finite and ({count}, {count}): fit it again"
+                f"{covariance.shape}",
+                advice=f"it must be finite and ({count}, {count}): fit it again",
             )
         if np.any(np.diag(covariance) < 0) or not 0 <= self.scatter_px < np.inf:
-            raise CurveError(f"the {self.model} curve has a negative variance; fit it again")
+            raise CurveError(
+                f"the {self.model} curve has a negative variance", advice="fit it again"
+            )
         with np.errstate(all="ignore"):
             slopes_px = self.law.slope_px(np.linspace(near_mm, far_mm, SIGMA_TABLE_SIZE))
         if not (np.isfinite(slopes_px).all() and np.all(np.diff(slopes_px) < 0)):
             raise CurveError(
-                f"the {self.model} curve does not fall from {near_mm:.1f} to {far_mm:.1f} mm; "
-                "nearer must give a larger slope"
+                f"the {self.model} curve does not fall from {near_mm:.1f} to {far_mm:.1f} mm",
+                advice="nearer must give a larger slope",
             )
 
     @classmethod
@@ -170,11 +175,14 @@ class Curve:
         if sorted(set(content) - {"field"}) != sorted(FIELDS):
             raise CurveError(
                 f"a stored curve has the fields {sorted(map(str, content))}, expected "
-                f"{sorted(FIELDS)}; it was written by another version: run rig fit on its sweep"
+                f"{sorted(FIELDS)}",
+                advice="it was written by another version: run rig fit on its sweep",
             )
         kinds = {law.name: law for law in LAWS}
         if not isinstance(content["model"], str) or content["model"] not in kinds:
-            raise CurveError(f"unknown curve model {content['model']!r}; known: {', '.join(kinds)}")
+            raise CurveError(
+                f"unknown curve model {content['model']!r}", advice=f"known: {', '.join(kinds)}"
+            )
         try:
             params = {str(name): _number(value) for name, value in content["params"].items()}
             law = kinds[content["model"]].from_params(params)
@@ -187,8 +195,8 @@ class Curve:
             raise
         except (TypeError, ValueError, AttributeError, OverflowError) as error:
             raise CurveError(
-                f"a stored {content['model']} curve is ill-formed ({error}); "
-                "run rig fit on its sweep"
+                f"a stored {content['model']} curve is ill-formed ({error})",
+                advice="run rig fit on its sweep",
             ) from error
 
     @cached_property

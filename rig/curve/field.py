@@ -38,7 +38,8 @@ class FieldTerm:
         if not all(map(isfinite, numbers)) or np.linalg.eigvalsh(self.covariance)[0] < 0:
             raise CurveError(
                 f"a field term of {self.per_px} per px with covariance {self.covariance} cannot "
-                "be used; fit the sweep again"
+                "be used",
+                advice="fit the sweep again",
             )
 
     def slope_px(self, x_px: float, y_px: float) -> float:
@@ -67,7 +68,8 @@ class FieldTerm:
         if sorted(content) != sorted(FIELDS):
             raise CurveError(
                 f"a stored field term has the fields {sorted(map(str, content))}, expected "
-                f"{sorted(FIELDS)}; run rig fit on its sweep"
+                f"{sorted(FIELDS)}",
+                advice="run rig fit on its sweep",
             )
         try:
             first, second = content["covariance"]
@@ -76,7 +78,7 @@ class FieldTerm:
             )
         except (TypeError, ValueError) as error:
             raise CurveError(
-                f"a stored field term is ill-formed ({error}); run rig fit on its sweep"
+                f"a stored field term is ill-formed ({error})", advice="run rig fit on its sweep"
             ) from error
 
 

@@ -111,7 +111,9 @@ def fit_curve(
             rejected.append(Rejected(model, str(error)))
     if not candidates:
         reasons = "; ".join(f"{one.model}: {one.reason}" for one in rejected)
-        raise CurveError(f"no model fits {len(good)} stops ({reasons}); look at the slopes")
+        raise CurveError(
+            f"no model fits {len(good)} stops ({reasons})", advice="look at the slopes"
+        )
     best = choose(candidates).curve
     judged = [p for p in held_out if _is_inside(p, best)]
     return CurveFit(
@@ -175,7 +177,8 @@ def _refuse_both_roles(ordered: Sequence[CurvePoint]) -> None:
         if one.role != other.role and other.distance_mm - one.distance_mm <= SAME_DISTANCE_MM:
             raise CurveError(
                 f"{one.name} and {other.name} are one distance, of which one is held out and the "
-                "other fitted; hold out all stops of a distance, or none"
+                "other fitted",
+                advice="hold out all stops of a distance, or none",
             )
 
 

@@ -107,7 +107,8 @@ def depth_errors(
         outside = ", ".join(f"{z:.1f}" for z in distance_mm[np.isnan(slope_px)])
         raise CurveError(
             f"asked for the depth error at {outside} mm, the curve is valid for "
-            f"{near_mm:.1f}-{far_mm:.1f} mm; ask inside it or sweep farther"
+            f"{near_mm:.1f}-{far_mm:.1f} mm",
+            advice="ask inside it or sweep farther",
         )
     widening = float(stdtrit(holdout.distances, (1 + COVERAGE) / 2)) / 2
     sigma_px = np.hypot(holdout.rms_px * widening, curve.curve_sigma_px(distance_mm))

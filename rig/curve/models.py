@@ -78,7 +78,8 @@ def fit_two_lines(stops: Stops) -> FittedLaw[TwoLines]:
         count = np.unique(stops.group[mask]).size
         if count < 2:
             raise CurveError(
-                f"{count} distances {side} the focus distance; a line on either side needs 2"
+                f"{count} distances {side} the focus distance",
+                advice="a line on either side needs 2",
             )
     focus_mm = float(np.interp(0.0, stops.slope_px[::-1], stops.distance_mm[::-1]))
     away_mm = stops.distance_mm - focus_mm
@@ -90,7 +91,8 @@ def fit_two_lines(stops: Stops) -> FittedLaw[TwoLines]:
     if max(law.before_px_per_mm, law.after_px_per_mm) >= 0:
         raise CurveError(
             f"{law.before_px_per_mm:.4f} px per mm before and {law.after_px_per_mm:.4f} px per mm "
-            "after the focus distance; both must fall"
+            "after the focus distance",
+            advice="both must fall",
         )
     return fitted
 
@@ -167,7 +169,7 @@ def _spline(stops: Stops, scatter2_px2: float) -> tuple[Spline, NDArray[np.float
     block = np.repeat(np.arange(falling.blocks.size - 1), np.diff(falling.blocks))
     knot = np.bincount(block, total)
     if knot.size < 4:
-        raise CurveError(f"{knot.size} distances with falling slopes; a spline needs 4")
+        raise CurveError(f"{knot.size} distances with falling slopes", advice="a spline needs 4")
     knots_mm = np.bincount(block, total * mean_mm) / knot
     knots_px = np.bincount(block, total * mean_px) / knot
     return Spline(tuple(knots_mm.tolist()), tuple(knots_px.tolist())), 1 / knot

@@ -40,8 +40,9 @@ class CurvePoint:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.distance_mm) and self.distance_mm > 0):
             raise CurveError(
-                f"a stop at {self.distance_mm} mm cannot be used; distances are counted from the "
-                "reference camera's optical centre and must be above 0 mm"
+                f"a stop at {self.distance_mm} mm cannot be used",
+                advice="distances are counted from the "
+                "reference camera's optical centre and must be above 0 mm",
             )
         scatter = (self.std_px, self.sem_px)
         if not math.isfinite(self.slope_px) or not all(
@@ -49,10 +50,13 @@ class CurvePoint:
         ):
             raise CurveError(
                 f"{self.name} has slope {self.slope_px} px, std {self.std_px} px, sem "
-                f"{self.sem_px} px; these must be finite and scatter not negative: repeat the stop"
+                f"{self.sem_px} px",
+                advice="these must be finite and scatter not negative: repeat the stop",
             )
         if self.samples < 1:
-            raise CurveError(f"{self.name} has {self.samples} samples; a stop needs at least 1")
+            raise CurveError(
+                f"{self.name} has {self.samples} samples", advice="a stop needs at least 1"
+            )
 
     @property
     def name(self) -> str:

@@ -114,8 +114,8 @@ def _refuse_few(points: list[CurvePoint]) -> None:
     )
     if count < FEWEST_DISTANCES:
         raise CurveError(
-            f"found {count} usable fit distances, a curve needs {FEWEST_DISTANCES}; sweep more "
-            "distances"
+            f"found {count} usable fit distances, a curve needs {FEWEST_DISTANCES}",
+            advice="sweep more distances",
         )
 
 
@@ -124,8 +124,9 @@ def _refuse_rising_sweep(points: list[CurvePoint]) -> None:
     if near.slope_px <= far.slope_px:
         raise CurveError(
             f"slope rises from {near.slope_px:.4f} px at {near.distance_mm:.3f} mm to "
-            f"{far.slope_px:.4f} px at {far.distance_mm:.3f} mm; nearer must give a larger slope: "
-            "check the direction of the stage and the signs of the view positions"
+            f"{far.slope_px:.4f} px at {far.distance_mm:.3f} mm",
+            advice="nearer must give a larger slope: "
+            "check the direction of the stage and the signs of the view positions",
         )
 
 
@@ -142,7 +143,8 @@ def _refuse_rising_stops(points: list[CurvePoint]) -> None:
         i = int(np.argmax(np.where(rises, rise_px, -np.inf)))
         raise CurveError(
             f"slope rises from {mean_px[i]:.4f} px at {mean_mm[i]:.3f} mm to {mean_px[i + 1]:.4f} "
-            f"px at {mean_mm[i + 1]:.3f} mm; nearer must give a larger slope: repeat these stops"
+            f"px at {mean_mm[i + 1]:.3f} mm",
+            advice="nearer must give a larger slope: repeat these stops",
         )
 
 
@@ -158,5 +160,6 @@ def _refuse_contradictions(points: list[CurvePoint], accused: set[int]) -> None:
             raise CurveError(
                 f"{points[i].name} has slope {points[i].slope_px:.4f} px and {points[j].name} "
                 f"{points[j].slope_px:.4f} px, {differ_px:.4f} px apart where noise explains "
-                f"{max(noise_px, share_px):.4f} px; home the stage and measure this distance again"
+                f"{max(noise_px, share_px):.4f} px",
+                advice="home the stage and measure this distance again",
             )

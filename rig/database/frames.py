@@ -126,15 +126,16 @@ def _read_one(folder: Path, frame: StoredFrame) -> Frame:
     path = folder / f"{frame.view}.png"
     if not path.is_file():
         raise StoreError(
-            f"{path}: asked for the image of view {frame.view}, it is missing; "
-            "bring the frames folder back, or point RIG_FRAMES to it"
+            f"{path}: asked for the image of view {frame.view}, it is missing",
+            advice="bring the frames folder back, or point RIG_FRAMES to it",
         )
     with explained("read an image", path):
         content = path.read_bytes()
     if hashlib.sha256(content).hexdigest() != frame.sha256:
         raise StoreError(
             f"{path}: the image is damaged or was changed after it was stored "
-            f"({len(content)} bytes, wrong SHA-256); bring it back from a copy"
+            f"({len(content)} bytes, wrong SHA-256)",
+            advice="bring it back from a copy",
         )
     image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     return Frame(

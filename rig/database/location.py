@@ -50,8 +50,8 @@ def locate(url: str | None, environment: Mapping[str, str]) -> Location:
     if parsed.get_backend_name() == "sqlite":
         if parsed.database in {None, "", ":memory:"}:
             raise StoreError(
-                f"asked for the database {given}, which is forgotten when the program ends; "
-                "give a file: sqlite:///rig.sqlite"
+                f"asked for the database {given}, which is forgotten when the program ends",
+                advice="give a file: sqlite:///rig.sqlite",
             )
         file = Path(str(parsed.database)).absolute()
         parsed, beside = parsed.set(database=str(file)), file.parent
@@ -86,6 +86,6 @@ def _parse(text: str) -> URL:
     except (ArgumentError, ValueError) as error:
         # The text itself is not shown: it may hold a password.
         raise StoreError(
-            "the database given by --db or RIG_DATABASE is no URL; "
-            "for a file write sqlite:///relative.sqlite or sqlite:////absolute/path.sqlite"
+            "the database given by --db or RIG_DATABASE is no URL",
+            advice="for a file write sqlite:///relative.sqlite or sqlite:////absolute/path.sqlite",
         ) from error

@@ -42,7 +42,8 @@ def newest_unfinished_sweep_row(session: Session, rig: str) -> SweepRow:
     if row is None or row.state == "finished":
         found = "there is none" if row is None else f"the newest, {row.id}, is finished"
         raise StoreError(
-            f"asked to resume a sweep of rig {rig}, {found}; begin a new one without --resume"
+            f"asked to resume a sweep of rig {rig}, {found}",
+            advice="begin a new one without --resume",
         )
     return row
 
@@ -57,8 +58,8 @@ def stop_row(session: Session, sweep_id: int, stop: int) -> StopRow:
     if row is None:
         count = len(sweep_row(session, sweep_id).stops)
         raise StoreError(
-            f"asked for stop {stop} of sweep {sweep_id}, its plan has {count} stops, from 0; "
-            "begin a new sweep for another plan"
+            f"asked for stop {stop} of sweep {sweep_id}, its plan has {count} stops, from 0",
+            advice="begin a new sweep for another plan",
         )
     return row
 
@@ -89,8 +90,8 @@ def sample_id(session: Session, sweep_id: int, key: SampleKey) -> int:
     if found is None:
         stop, number = key
         raise StoreError(
-            f"asked for sample {number} of stop {stop} of sweep {sweep_id}, it is not stored; "
-            "rig history lists the sweeps"
+            f"asked for sample {number} of stop {stop} of sweep {sweep_id}, it is not stored",
+            advice="rig history lists the sweeps",
         )
     return found
 
@@ -136,14 +137,15 @@ def active_curve_row(session: Session, rig: str) -> CurveRow:
         missed = session.scalars(newest).first()
         if missed is not None:
             raise StoreError(
-                f"asked for the curve of rig {rig}, its newest, {missed.id}, missed a quality "
-                f"gate; read the report of sweep {missed.sweep_id} and sweep again, or take it on "
-                f"purpose with --curve {missed.id}"
+                f"asked for the curve of rig {rig}, its newest, {missed.id}, missed a quality gate",
+                advice=f"read the report of sweep {missed.sweep_id} and sweep again, or take it on "
+                f"purpose with --curve {missed.id}",
             )
         rigs = session.scalars(select(CurveRow.rig).where(CurveRow.active.is_(True)).distinct())
         raise StoreError(
             f"asked for the curve of rig {rig}, found curves of "
-            f"{', '.join(sorted(rigs)) or 'no rig'}; make one with rig sweep"
+            f"{', '.join(sorted(rigs)) or 'no rig'}",
+            advice="make one with rig sweep",
         )
     return row
 
@@ -159,7 +161,8 @@ def calibration_row(session: Session, calibration_id: int) -> CalibrationRow:
         ids = session.scalars(select(CalibrationRow.id).order_by(CalibrationRow.id)).all()
         found = ", ".join(str(id_) for id_ in ids[-10:]) or "none yet"
         raise StoreError(
-            f"asked for calibration {calibration_id}, found {found}; rig calibrate makes one"
+            f"asked for calibration {calibration_id}, found {found}",
+            advice="rig calibrate makes one",
         )
     return row
 

@@ -55,10 +55,12 @@ def _create(location: Location) -> Engine:
         engine = create_engine(location.url)
     except NoSuchModuleError as error:
         kind = location.url.drivername
-        raise StoreError(f"{location}: no such kind of database: {kind}; try sqlite:///") from error
+        raise StoreError(
+            f"{location}: no such kind of database: {kind}", advice="try sqlite:///"
+        ) from error
     except ModuleNotFoundError as error:
         raise StoreError(
-            f"{location}: the Python driver {error.name} is not installed; pip install it"
+            f"{location}: the Python driver {error.name} is not installed", advice="pip install it"
         ) from error
     if location.file is not None:
         event.listen(engine, "connect", _prepare_sqlite)
@@ -99,12 +101,14 @@ def _revision(connection: Connection, location: Location) -> str | None:
     if not any(revision.startswith("rig_") for revision in found):
         raise StoreError(
             f"{location}: asked for a database of rig, found one with the tables "
-            f"{', '.join(tables[:5])} of another program; choose another with --db"
+            f"{', '.join(tables[:5])} of another program",
+            advice="choose another with --db",
         )
     if len(found) > 1 or found[0] not in REVISIONS:
         raise StoreError(
             f"{location}: the database has schema {', '.join(found)}, this rig knows up to "
-            f"{REVISIONS[-1]}; upgrade rig (the database was not touched)"
+            f"{REVISIONS[-1]}",
+            advice="upgrade rig (the database was not touched)",
         )
     return found[0]
 

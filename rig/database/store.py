@@ -145,7 +145,7 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
             row = queries.sweep_row(session, sweep_id)
             if row.state == "finished":
                 raise StoreError(
-                    f"asked to resume sweep {sweep_id}, it is finished; begin a new one"
+                    f"asked to resume sweep {sweep_id}, it is finished", advice="begin a new one"
                 )
             row.state, row.ended_at = "running", None
             sweep = sweep_value(row, self.frames)
@@ -213,7 +213,9 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
             planned = stop_value(queries.stop_row(session, sweep_id, stop))
             sweep = queries.sweep_row(session, sweep_id)
             if queries.has_sample(session, sweep_id, (stop, number)):
-                raise StoreError(f"cannot {doing}: it is stored already; choose another number")
+                raise StoreError(
+                    f"cannot {doing}: it is stored already", advice="choose another number"
+                )
             folder = Path(sweep.folder) / sample_folder(planned, number)
         with FrameWriter(self.frames / folder) as writer:
             stored = writer.write(multiview)

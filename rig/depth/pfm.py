@@ -33,8 +33,8 @@ def write_pfm(path: Path, values: NDArray[np.float32]) -> None:
     """
     if values.ndim != 2 or values.size == 0 or values.dtype != np.float32:
         raise StoreError(
-            f"{path}: asked to write an array {values.shape} of {values.dtype}; a grey PFM holds "
-            "(H, W) of float32"
+            f"{path}: asked to write an array {values.shape} of {values.dtype}",
+            advice="a grey PFM holds (H, W) of float32",
         )
     height, width = values.shape
     rows = np.ascontiguousarray(values[::-1], "<f4")
@@ -56,16 +56,19 @@ def read_pfm(path: Path) -> NDArray[np.float32]:
     kind, width, height, scale = header.groups()
     rows, columns = int(height), int(width)
     if kind == b"PF":
-        raise StoreError(f"{path}: a colour PFM (PF) of three channels; give a grey one (Pf)")
+        raise StoreError(
+            f"{path}: a colour PFM (PF) of three channels", advice="give a grey one (Pf)"
+        )
     if rows * columns == 0 or not 0 < abs(float(scale)) < np.inf:
         raise StoreError(
-            f"{path}: width {columns}, height {rows}, scale {scale.decode()}; none may be 0"
+            f"{path}: width {columns}, height {rows}, scale {scale.decode()}",
+            advice="none may be 0",
         )
     data = content[header.end() :]
     if len(data) != 4 * rows * columns:
         raise StoreError(
-            f"{path}: {columns} x {rows} px need {4 * rows * columns} bytes, found {len(data)}; "
-            "the file is cut off or not a PFM: write it again"
+            f"{path}: {columns} x {rows} px need {4 * rows * columns} bytes, found {len(data)}",
+            advice="the file is cut off or not a PFM: write it again",
         )
     order = "<f4" if float(scale) < 0 else ">f4"
     values = np.frombuffer(data, order).reshape(rows, columns)

@@ -31,7 +31,8 @@ def write_depth_png(path: Path, depth_mm: NDArray[np.float32]) -> None:
     if misfits.size:
         raise StoreError(
             f"{path}: {misfits.size} depths, e.g. {misfits[0]:.0f} mm, do not fit a 16-bit PNG of "
-            f"1-{MOST_MM} mm; keep them as PFM"
+            f"1-{MOST_MM} mm",
+            advice="keep them as PFM",
         )
     pixels = np.zeros(depth_mm.shape, np.uint16)
     pixels[known] = whole_mm.astype(np.uint16)

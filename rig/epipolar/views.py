@@ -64,27 +64,29 @@ class RectifiedViews:
         if len(shapes) > 1:
             found = ", ".join(" x ".join(map(str, shape)) for shape in sorted(shapes))
             raise SlopeError(
-                f"views of different size given ({found}, rows first); rectify them to one frame"
+                f"views of different size given ({found}, rows first)",
+                advice="rectify them to one frame",
             )
         images = np.asarray(self.images)
         is_grey_or_colour = images.ndim == 3 or (images.ndim == 4 and images.shape[3] == 3)
         if not is_grey_or_colour or str(images.dtype) not in ("uint8", "uint16", "float32"):
             raise SlopeError(
-                f"asked for slopes of an array {images.shape} of {images.dtype}; give (V, H, W) "
-                "grey or (V, H, W, 3) colour images of uint8, uint16 or float32"
+                f"asked for slopes of an array {images.shape} of {images.dtype}",
+                advice="give (V, H, W) "
+                "grey or (V, H, W, 3) colour images of uint8, uint16 or float32",
             )
         if min(images.shape[1:3]) < _SMALLEST_PX:
             raise SlopeError(
-                f"asked for slopes of pictures of {images.shape[2]} x {images.shape[1]} px; give "
-                f"{_SMALLEST_PX} px or more on either side"
+                f"asked for slopes of pictures of {images.shape[2]} x {images.shape[1]} px",
+                advice=f"give {_SMALLEST_PX} px or more on either side",
             )
         count = images.shape[0]
         x = np.ascontiguousarray(self.x_steps, np.float64)
         y = np.ascontiguousarray(self.y_steps, np.float64)
         if count < 2 or x.shape != (count,) or y.shape != (count,):
             raise SlopeError(
-                f"found {count} views with {x.size} x and {y.size} y positions; "
-                "give two views or more and one position for each"
+                f"found {count} views with {x.size} x and {y.size} y positions",
+                advice="give two views or more and one position for each",
             )
         if not 0 <= self.reference < count:
             raise SlopeError(f"reference view {self.reference} asked for, views are 0..{count - 1}")
@@ -92,18 +94,18 @@ class RectifiedViews:
             raise SlopeError("view positions must be finite numbers of view steps")
         if abs(x[self.reference]) > 1e-9 or abs(y[self.reference]) > 1e-9:
             raise SlopeError(
-                f"the reference view lies at ({x[self.reference]}, {y[self.reference]}) view "
-                "steps; positions are counted from it, so it must be at (0, 0)"
+                f"the reference view lies at ({x[self.reference]}, {y[self.reference]}) view steps",
+                advice="positions are counted from it, so it must be at (0, 0)",
             )
         if self.beside_px is not None and (
             self.beside_px.shape != (count, 2) or not np.isfinite(self.beside_px).all()
         ):
             raise SlopeError(
-                f"found displacements {self.beside_px.shape} of {count} pictures; give two finite "
-                "numbers of px for each"
+                f"found displacements {self.beside_px.shape} of {count} pictures",
+                advice="give two finite numbers of px for each",
             )
         if float(np.hypot(x, y).max()) < 1e-6:
-            raise SlopeError("all views lie at one position; slopes need a baseline")
+            raise SlopeError("all views lie at one position", advice="slopes need a baseline")
         object.__setattr__(self, "images", np.ascontiguousarray(images))
         object.__setattr__(self, "x_steps", x)
         object.__setattr__(self, "y_steps", y)

@@ -26,8 +26,8 @@ def aligned(geometry: RigGeometry, names: Sequence[str], reference: str) -> RigG
     if sorted(names) != sorted(geometry.names) or reference not in names:
         raise FormatError(
             f"asked for the views {', '.join(names)} with {reference} as reference, found "
-            f"{', '.join(geometry.names)}; name the views as the file does, or the file's views "
-            "as the profile does"
+            f"{', '.join(geometry.names)}",
+            advice="name the views as the file does, or the file's views as the profile does",
         )
     order = [geometry.names.index(name) for name in names]
     old_from_new = geometry.cam_from_reference[geometry.names.index(reference)].inverse()

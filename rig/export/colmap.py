@@ -84,7 +84,8 @@ def read(folder: Path) -> RigGeometry:
         names.append(Path(" ".join(words[9:])).stem)
     if not names or len(set(names)) != len(names):
         raise FormatError(
-            f"{path}: holds {len(names)} images of {len(set(names))} views; expected one per view"
+            f"{path}: holds {len(names)} images of {len(set(names))} views",
+            advice="expected one per view",
         )
     world_from_reference = poses[0].inverse()
     placed_poses = (Pose.identity(), *(pose @ world_from_reference for pose in poses[1:]))
@@ -113,8 +114,8 @@ def _read_cameras(path: Path) -> dict[str, CameraModel]:
         where = f"{path}: camera {words[0]}"
         if len(words) < 4 or words[1] not in _MODELS:
             raise FormatError(
-                f"{where}: camera model {words[1] if len(words) > 1 else 'none'} is not known "
-                f"here; known are {', '.join(_MODELS)}"
+                f"{where}: camera model {words[1] if len(words) > 1 else 'none'} is not known here",
+                advice=f"known are {', '.join(_MODELS)}",
             )
         lens, count = _MODELS[words[1]]
         width, height = (fields.size_px(n, where) for n in _numbers(words[2:4], where))

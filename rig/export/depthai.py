@@ -52,7 +52,7 @@ def write(
     """
     numbers = [_socket((sockets or {}).get(name, name), name) for name in geometry.names]
     if len(set(numbers)) != len(numbers):
-        raise FormatError("two views have the same socket; name one socket per view")
+        raise FormatError("two views have the same socket", advice="name one socket per view")
     content: dict[str, object] = dict(_read(device)) if device is not None else _EMPTY.copy()
     reference = numbers[geometry.reference]
     content["cameraData"] = [
@@ -91,7 +91,9 @@ def read(path: Path) -> RigGeometry:
     steps: dict[int, tuple[int, Pose]] = {}
     entries = _read(path).get("cameraData")
     if not isinstance(entries, list):
-        raise FormatError(f"{path}: has no list cameraData; give a DepthAI calibration JSON")
+        raise FormatError(
+            f"{path}: has no list cameraData", advice="give a DepthAI calibration JSON"
+        )
     for entry in cast("list[object]", entries):
         if not isinstance(entry, list) or len(cast("list[object]", entry)) != 2:
             raise FormatError(f"{path}: cameraData must hold pairs of socket and calibration")
@@ -107,7 +109,8 @@ def read(path: Path) -> RigGeometry:
     if len(roots) != 1:
         raise FormatError(
             f"{path}: the extrinsics of {len(cameras)} cameras end at {len(roots)} of them, "
-            "expected 1; calibrate the device as a whole"
+            "expected 1",
+            advice="calibrate the device as a whole",
         )
     poses = {number: _to_root(number, roots[0], steps, path) for number in cameras}
     order = sorted(cameras)
@@ -131,7 +134,8 @@ def _socket(socket: str, view: str) -> int:
     known = _SOCKET.match(socket)
     if known is None:
         raise FormatError(
-            f"view {view}: has no DepthAI socket; give it with --socket {view}=CAM_A (or B, C, ...)"
+            f"view {view}: has no DepthAI socket",
+            advice=f"give it with --socket {view}=CAM_A (or B, C, ...)",
         )
     return ord(known.group(1)) - ord("A")
 

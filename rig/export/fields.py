@@ -31,7 +31,9 @@ def read_text(path: Path) -> str:
     try:
         return read_bytes(path).decode()
     except UnicodeDecodeError as error:
-        raise FormatError(f"{path}: is no text file; give a file of the named format") from error
+        raise FormatError(
+            f"{path}: is no text file", advice="give a file of the named format"
+        ) from error
 
 
 def read_yaml(path: Path, loader: type[yaml.SafeLoader] = yaml.SafeLoader) -> Fields:
@@ -65,7 +67,7 @@ def field(fields: Fields, name: str, where: str) -> object:
     """Return one field, or raise FormatError naming it."""
     if name not in fields:
         present = ", ".join(list(fields)[:8]) or "none"
-        raise FormatError(f"{where}: has no {name}; its fields are {present}")
+        raise FormatError(f"{where}: has no {name}", advice=f"its fields are {present}")
     return fields[name]
 
 

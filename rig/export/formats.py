@@ -80,7 +80,7 @@ def format_named(name: str) -> GeometryFormat:
         ConfigError: there is none of this name.
     """
     if name not in FORMATS:
-        raise ConfigError(f"format {name} asked for; known are {', '.join(FORMATS)}")
+        raise ConfigError(f"format {name} asked for", advice=f"known are {', '.join(FORMATS)}")
     return FORMATS[name]
 
 
@@ -110,7 +110,9 @@ def export_geometry(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise StoreError(f"{folder}: cannot be made: {error.strerror}; choose another") from error
+        raise StoreError(
+            f"{folder}: cannot be made: {error.strerror}", advice="choose another"
+        ) from error
     refits = _refits(geometry, target) if may_refit else {}
     cameras = zip(geometry.names, geometry.cameras, strict=True)
     written = replace(
@@ -126,7 +128,8 @@ def export_geometry(
     if not gap_px < AGREEMENT_PX:
         raise FormatError(
             f"{path}: read back, points lie {gap_px:.2g} px from where they should (allowed "
-            f"{AGREEMENT_PX:g} px); do not use this file, and report it"
+            f"{AGREEMENT_PX:g} px)",
+            advice="do not use this file, and report it",
         )
     return Exported(path, refits, gap_px)
 

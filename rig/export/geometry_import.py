@@ -33,7 +33,8 @@ def match_views(
         example = f"--view {geometry.names[0]}={names[0]}"
         raise FormatError(
             f"the file's cameras are {', '.join(called)}, the views of {profile.name} are "
-            f"{', '.join(names)}; say which is which, e.g. {example}"
+            f"{', '.join(names)}",
+            advice=f"say which is which, e.g. {example}",
         )
     relabelled = RigGeometry(
         called,

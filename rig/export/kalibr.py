@@ -83,7 +83,7 @@ def read(path: Path) -> RigGeometry:
             taken = fields.pose(step[:3, :3], (1000.0 * step[:3, 3]).tolist(), where)
             poses.append(taken @ poses[-1])
     if not cameras:
-        raise FormatError(f"{path}: holds no camera; expected cam0, cam1 and so on")
+        raise FormatError(f"{path}: holds no camera", advice="expected cam0, cam1 and so on")
     return RigGeometry(tuple(names), 0, tuple(cameras), tuple(poses))
 
 
@@ -103,8 +103,8 @@ def _camera(entry: fields.Fields, where: str) -> CameraModel:
     model = fields.text(entry, "distortion_model", where)
     if projection != "pinhole" or model not in _MODELS:
         raise FormatError(
-            f"{where}: camera model {projection} with {model} is not known here; known are "
-            f"pinhole with {', '.join(_MODELS)}"
+            f"{where}: camera model {projection} with {model} is not known here",
+            advice=f"known are pinhole with {', '.join(_MODELS)}",
         )
     lens, count = _MODELS[model]
     coefficients = fields.numbers(

@@ -54,8 +54,8 @@ def exact_lens(camera: CameraModel, held: Narrow, *, view: str, tool: str) -> tu
             return tuple(wanted[list(taken)].tolist())
     raise FormatError(
         f"view {view}: {tool} cannot hold its lens {camera.lens} "
-        f"({', '.join(f'{k:g}' for k in given)}); fit the nearest lens it knows with --refit, "
-        "which tells the error in px"
+        f"({', '.join(f'{k:g}' for k in given)})",
+        advice="fit the nearest lens it knows with --refit, which tells the error in px",
     )
 
 

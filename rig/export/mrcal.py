@@ -45,8 +45,8 @@ def write(geometry: RigGeometry, folder: Path) -> None:
     ):
         if camera.lens not in _MODEL_OF:
             raise FormatError(
-                f"view {name}: mrcal has no {camera.lens} lens of this kind; calibrate with a "
-                "Brown-Conrady lens, or fit one with --refit"
+                f"view {name}: mrcal has no {camera.lens} lens of this kind",
+                advice="calibrate with a Brown-Conrady lens, or fit one with --refit",
             )
         intrinsics = [
             camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px, *camera.coefficients,
@@ -77,7 +77,9 @@ def read(folder: Path) -> RigGeometry:
     """
     paths = sorted(folder.glob(f"*{SUFFIX}"))
     if not paths:
-        raise FormatError(f"{folder}: holds no *{SUFFIX}; give the folder with one per view")
+        raise FormatError(
+            f"{folder}: holds no *{SUFFIX}", advice="give the folder with one per view"
+        )
     read_all = [_read_one(path) for path in paths]
     poses = [pose for _, pose in read_all]
     reference = next(
@@ -114,8 +116,8 @@ def _read_one(path: Path) -> tuple[CameraModel, Pose]:
     model = fields.text(entry, "lensmodel", where)
     if model not in _LENSES:
         raise FormatError(
-            f"{path}: lens model {model} is not known here; convert it to one of "
-            f"{', '.join(_LENSES)} with mrcal-convert-lensmodel"
+            f"{path}: lens model {model} is not known here",
+            advice=f"convert it to one of {', '.join(_LENSES)} with mrcal-convert-lensmodel",
         )
     lens, count = _LENSES[model]
     numbers = fields.numbers(

@@ -13,8 +13,8 @@ try:
     import pyarrow.parquet as pq
 except ImportError as error:
     raise ConfigError(
-        "Parquet asked for, pyarrow is not installed; pip install 'epirig[parquet]', or take "
-        "--format csv"
+        "Parquet asked for, pyarrow is not installed",
+        advice="pip install 'epirig[parquet]', or take --format csv",
     ) from error
 
 _NUMBERED = ("sweep", "stop", "sample")

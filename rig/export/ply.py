@@ -30,7 +30,8 @@ def points_of(depth_mm: NDArray[np.float32], common: Rectification) -> NDArray[n
         height, width = common.shape
         raise FormatError(
             f"depth map of {depth_mm.shape[1]} x {depth_mm.shape[0]} px, the calibration is for "
-            f"{width} x {height} px; give the calibration that the capture was made with"
+            f"{width} x {height} px",
+            advice="give the calibration that the capture was made with",
         )
     height, width = common.shape
     x, y = np.meshgrid(np.arange(width, dtype=np.float64), np.arange(height, dtype=np.float64))
@@ -58,7 +59,9 @@ def write_ply(path: Path, points_mm: NDArray[np.float64], sigma_mm: NDArray[np.f
     known = np.isfinite(points_mm).all(axis=-1)
     count = int(known.sum())
     if count == 0:
-        raise FormatError(f"{path}: the depth map has no answer at any pixel; nothing to write")
+        raise FormatError(
+            f"{path}: the depth map has no answer at any pixel", advice="nothing to write"
+        )
     vertices = np.empty(count, _VERTEX)
     for axis, name in enumerate("xyz"):
         vertices[name] = points_mm[known][:, axis]

@@ -88,7 +88,9 @@ def read(folder: Path) -> RigGeometry:
     """
     paths = sorted(path for path in folder.glob("*.yaml") if path.name != TRANSFORMS)
     if not paths:
-        raise FormatError(f"{folder}: holds no camera_info *.yaml; give the folder with one a view")
+        raise FormatError(
+            f"{folder}: holds no camera_info *.yaml", advice="give the folder with one a view"
+        )
     entries = [(fields.read_yaml(path), str(path)) for path in paths]
     names = tuple(fields.text(entry, "camera_name", where) for entry, where in entries)
     if len(set(names)) != len(names):
@@ -127,7 +129,8 @@ def _camera(entry: fields.Fields, where: str) -> CameraModel:
     model = fields.text(entry, "distortion_model", where)
     if model not in _LENSES:
         raise FormatError(
-            f"{where}: distortion_model {model} is not known here; known are {', '.join(_LENSES)}"
+            f"{where}: distortion_model {model} is not known here",
+            advice=f"known are {', '.join(_LENSES)}",
         )
     lens, count = _LENSES[model]
     coefficients = _data(entry, "distortion_coefficients", count, where)

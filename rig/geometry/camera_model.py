@@ -29,17 +29,18 @@ class CameraModel:
         numbers = (self.fx_px, self.fy_px, self.cx_px, self.cy_px, *self.coefficients)
         if not (np.isfinite(numbers).all() and self.fx_px > 0 and self.fy_px > 0):
             raise ConfigError(
-                f"camera with focal lengths {self.fx_px:g}, {self.fy_px:g} px asked for; they "
-                "must be positive and all its numbers finite"
+                f"camera with focal lengths {self.fx_px:g}, {self.fy_px:g} px asked for",
+                advice="they must be positive and all its numbers finite",
             )
         if self.width_px < 1 or self.height_px < 1:
             raise ConfigError(
-                f"camera of {self.width_px} x {self.height_px} px asked for; give its picture size"
+                f"camera of {self.width_px} x {self.height_px} px asked for",
+                advice="give its picture size",
             )
         if self.lens not in COEFFICIENTS or len(self.coefficients) != COEFFICIENTS[self.lens]:
             raise ConfigError(
-                f"lens model {self.lens} with {len(self.coefficients)} coefficients asked for; "
-                f"known are {', '.join(f'{m} ({n})' for m, n in COEFFICIENTS.items())}"
+                f"lens model {self.lens} with {len(self.coefficients)} coefficients asked for",
+                advice=f"known are {', '.join(f'{m} ({n})' for m, n in COEFFICIENTS.items())}",
             )
 
     @property

@@ -74,7 +74,8 @@ def measure_drift(geometry: RigGeometry, points_mm: Float, seen: Sequence[Sighti
     used = [sighting for sighting in seen if len(sighting) >= _FEWEST_POINTS]
     if len(used) < 2:
         raise TargetError(
-            f"drift asked for, the board is seen in {len(used)} views; two are needed",
+            f"drift asked for, the board is seen in {len(used)} views",
+            advice="two are needed",
             reason="not-found",
         )
     picture = _Picture(geometry, points_mm, used)

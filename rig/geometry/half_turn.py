@@ -123,8 +123,9 @@ def _turns_between(
         raise CalibrationError(
             f"views {names[other]} and {names[view]}: the board looks the same after half a turn, "
             f"and {len(pictures)} pictures fit both ways (to "
-            f"{np.degrees(best.spread_rad):.1f} and {np.degrees(rival.spread_rad):.1f} deg); tilt "
-            "the board to all sides, or use one with an odd and an even number of corners"
+            f"{np.degrees(best.spread_rad):.1f} and {np.degrees(rival.spread_rad):.1f} deg)",
+            advice="tilt "
+            "the board to all sides, or use one with an odd and an even number of corners",
         )
     angles = np.stack([_angles_rad(both[:, way], best.rotation) for way in (0, 1)], axis=1)
     return {p: bool(way) for p, way in zip(pictures, angles.argmin(axis=1), strict=True)}

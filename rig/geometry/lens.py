@@ -55,7 +55,8 @@ def distort(model: LensModel, coefficients: Float, xy: Float) -> Distorted:
     k = np.asarray(coefficients, np.float64)
     if k.shape != (COEFFICIENTS[model],):
         raise ConfigError(
-            f"lens model {model} asked for with {k.size} coefficients; give {COEFFICIENTS[model]}"
+            f"lens model {model} asked for with {k.size} coefficients",
+            advice=f"give {COEFFICIENTS[model]}",
         )
     if model == "none":
         count = len(xy)

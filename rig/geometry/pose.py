@@ -30,13 +30,15 @@ class Pose:
         if rotation.shape != (3, 3) or translation.shape != (3,):
             raise ConfigError(
                 f"pose of a {rotation.shape} rotation and {translation.shape} translation asked "
-                "for; give (3, 3) and (3,)"
+                "for",
+                advice="give (3, 3) and (3,)",
             )
         off = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
         if not (off < 1e-6 and np.linalg.det(rotation) > 0 and np.isfinite(translation).all()):
             raise ConfigError(
                 f"pose is no rigid motion: R R^T is {off:.2g} away from identity, determinant "
-                f"{np.linalg.det(rotation):.3g}; give a finite rotation and translation"
+                f"{np.linalg.det(rotation):.3g}",
+                advice="give a finite rotation and translation",
             )
         object.__setattr__(self, "rotation", rotation)
         object.__setattr__(self, "translation_mm", translation)

@@ -202,7 +202,7 @@ def rectify(geometry: RigGeometry, pitch_mm: float) -> Rectification:
     places_mm = centres_mm @ common_from_reference.T
     if float(np.hypot(places_mm[:, 0], places_mm[:, 1]).max()) < 1e-6 * pitch_mm:
         raise ConfigError(
-            "all cameras of the calibration stand at one place; slopes need a baseline"
+            "all cameras of the calibration stand at one place", advice="slopes need a baseline"
         )
     cameras = geometry.cameras
     focal_px = float(np.mean([(c.fx_px + c.fy_px) / 2.0 for c in cameras]))

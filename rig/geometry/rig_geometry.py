@@ -58,7 +58,8 @@ class RigGeometry:
         if not (len(self.cameras) == len(self.cam_from_reference) == count > 0):
             raise ConfigError(
                 f"geometry of {count} views with {len(self.cameras)} cameras and "
-                f"{len(self.cam_from_reference)} poses asked for; give one of each for every view"
+                f"{len(self.cam_from_reference)} poses asked for",
+                advice="give one of each for every view",
             )
         if not 0 <= self.reference < count:
             raise ConfigError(

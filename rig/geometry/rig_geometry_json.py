@@ -67,8 +67,8 @@ def geometry_from_json(content: Mapping[str, Any]) -> RigGeometry:
     version = content.get("version")
     if version != VERSION:
         raise ConfigError(
-            f"a stored calibration has version {version!r}, this program reads {VERSION}; "
-            "calibrate again, or use the version of rig that wrote it"
+            f"a stored calibration has version {version!r}, this program reads {VERSION}",
+            advice="calibrate again, or use the version of rig that wrote it",
         )
     _require(content, _GEOMETRY, "geometry")
     try:
@@ -89,7 +89,7 @@ def geometry_from_json(content: Mapping[str, Any]) -> RigGeometry:
         raise
     except (TypeError, ValueError, AttributeError, OverflowError) as error:
         raise ConfigError(
-            f"a stored calibration is ill-formed ({error}); calibrate again"
+            f"a stored calibration is ill-formed ({error})", advice="calibrate again"
         ) from error
 
 
@@ -98,8 +98,8 @@ def _camera(entry: Mapping[str, Any]) -> CameraModel:
     lens = _text(entry["lens"])
     if lens not in get_args(LensModel):
         raise ConfigError(
-            f"a stored calibration has lens model {lens!r}; known are "
-            f"{', '.join(get_args(LensModel))}"
+            f"a stored calibration has lens model {lens!r}",
+            advice=f"known are {', '.join(get_args(LensModel))}",
         )
     return CameraModel(
         width_px=_whole(entry["width_px"]),
@@ -124,7 +124,8 @@ def _stage(entry: Mapping[str, Any]) -> StageGeometry:
     if axis.shape != (3,) or covariance.shape != (4, 4):
         raise ConfigError(
             f"a stored stage has an axis of shape {axis.shape} and a covariance of shape "
-            f"{covariance.shape}, expected (3,) and (4, 4); calibrate again"
+            f"{covariance.shape}, expected (3,) and (4, 4)",
+            advice="calibrate again",
         )
     return StageGeometry(axis, _number(entry["scale"]), _number(entry["zero_mm"]), covariance)
 
@@ -132,8 +133,8 @@ def _stage(entry: Mapping[str, Any]) -> StageGeometry:
 def _require(entry: Mapping[str, Any], names: tuple[str, ...], what: str) -> None:
     if sorted(entry) != sorted(names):
         raise ConfigError(
-            f"a stored {what} has the fields {sorted(map(str, entry))}, expected "
-            f"{sorted(names)}; it was written by another version: calibrate again"
+            f"a stored {what} has the fields {sorted(map(str, entry))}, expected {sorted(names)}",
+            advice="it was written by another version: calibrate again",
         )
 
 

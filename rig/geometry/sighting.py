@@ -32,17 +32,20 @@ class Sighting:
         if not (len(ids) == len(xy_px) == len(sigma_px)):
             raise ConfigError(
                 f"picture {self.picture} of view {self.view}: {len(ids)} ids, {len(xy_px)} "
-                f"positions and {len(sigma_px)} sigmas given; give one of each per point"
+                f"positions and {len(sigma_px)} sigmas given",
+                advice="give one of each per point",
             )
         if len(np.unique(ids)) != len(ids) or (ids < 0).any():
             raise ConfigError(
                 f"picture {self.picture} of view {self.view}: a point number is negative or "
-                "there twice; give every point of the target once"
+                "there twice",
+                advice="give every point of the target once",
             )
         if not (np.isfinite(xy_px).all() and np.isfinite(sigma_px).all() and (sigma_px > 0).all()):
             raise ConfigError(
                 f"picture {self.picture} of view {self.view}: positions must be finite and "
-                "sigmas positive; leave out points that were not found"
+                "sigmas positive",
+                advice="leave out points that were not found",
             )
         for name, value in (("ids", ids), ("xy_px", xy_px), ("sigma_px", sigma_px)):
             object.__setattr__(self, name, value)

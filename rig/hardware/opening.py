@@ -49,7 +49,7 @@ def open_hardware(profile: Profile) -> Generator[Hardware]:
         DeviceError: a device is not there or does not answer.
     """
     if profile.stage is None:
-        raise ConfigError(f"profile {profile.name}: has no [stage]; a sweep needs one")
+        raise ConfigError(f"profile {profile.name}: has no [stage]", advice="a sweep needs one")
     with ExitStack() as stack:
         bench = _Bench(profile, stack, uses_stage=True)
         stage, camera = bench.stage(profile.stage), bench.camera()

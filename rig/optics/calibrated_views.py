@@ -33,7 +33,8 @@ class CalibratedViews:
             height, width = self.images.shape[1:]
             raise SlopeError(
                 f"{len(self.images)} pictures of {width} x {height} px given, the calibration is "
-                f"of {len(cameras)} cameras of {shapes} px; calibrate what is captured"
+                f"of {len(cameras)} cameras of {shapes} px",
+                advice="calibrate what is captured",
             )
 
     @property

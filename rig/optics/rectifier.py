@@ -237,7 +237,8 @@ def rectifier_of(profile: Profile, calibration: StoredCalibration | None) -> Rec
     if calibration.rig != profile.name:
         raise ConfigError(
             f"calibration {calibration.id} is of rig {calibration.rig}, asked to use it for "
-            f"{profile.name}; choose another with --calibration, or none"
+            f"{profile.name}",
+            advice="choose another with --calibration, or none",
         )
     geometry = geometry_from_json(calibration.geometry)
     if geometry.stage is not None:
@@ -253,7 +254,8 @@ def _require_same_views(
         raise ConfigError(
             f"calibration is of the views {', '.join(geometry.names)} about "
             f"{geometry.names[geometry.reference]}, rig {profile.name} has {', '.join(wanted)} "
-            f"about {wanted[profile.reference]}; calibrate this rig"
+            f"about {wanted[profile.reference]}",
+            advice="calibrate this rig",
         )
     places = zip(profile.views, rectification.x_steps, rectification.y_steps, strict=True)
     for view, x, y in places:
@@ -261,8 +263,8 @@ def _require_same_views(
         if away > _MISPLACED * float(np.hypot(view.x_steps, view.y_steps)) + 1e-9:
             raise ConfigError(
                 f"calibration found view {view.name} at ({x:.3f}, {y:.3f}) view steps, the profile "
-                f"has it at ({view.x_steps:g}, {view.y_steps:g}); are two cables swapped, or is "
-                f"pitch_mm = {profile.pitch_mm:g} wrong?"
+                f"has it at ({view.x_steps:g}, {view.y_steps:g})",
+                advice=f"are two cables swapped, or is pitch_mm = {profile.pitch_mm:g} wrong?",
             )
 
 
@@ -276,5 +278,6 @@ def _require_same_stage(profile: Profile, calibration: StoredCalibration) -> Non
         if then.get(key) != now:
             raise ConfigError(
                 f"calibration {calibration.id} was made with stage.{key} = {then.get(key)}, now it "
-                f"is {now}: its stage positions mean other places; calibrate again"
+                f"is {now}: its stage positions mean other places",
+                advice="calibrate again",
             )

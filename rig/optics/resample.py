@@ -71,7 +71,8 @@ class Resampler:
         if found != self._shapes:
             raise SlopeError(
                 f"pictures of {_sizes(found)} px given, the calibration is of "
-                f"{_sizes(self._shapes)} px; calibrate at the size that is captured"
+                f"{_sizes(self._shapes)} px",
+                advice="calibrate at the size that is captured",
             )
         views, (height, width) = len(self._shapes), self._size
         out = np.empty((views, height, width), np.float32)

@@ -43,13 +43,15 @@ def find_profile(name_or_path: str) -> Path:
     if path.suffix == ".toml" or path.parent != Path():
         if path.is_file():
             return path
-        raise ConfigError(f"profile {name_or_path}: no such file; `rig profile list` shows names")
+        raise ConfigError(
+            f"profile {name_or_path}: no such file", advice="`rig profile list` shows names"
+        )
     known = {file.stem: file for file in profile_files()}
     if name_or_path in known:
         return known[name_or_path]
     near = difflib.get_close_matches(name_or_path, known, n=1, cutoff=0.5)
     hint = f"did you mean {near[0]}?" if near else f"there are: {', '.join(sorted(known))}"
-    raise ConfigError(f"profile {name_or_path}: not found in calib_profiles; {hint}")
+    raise ConfigError(f"profile {name_or_path}: not found in calib_profiles", advice=f"{hint}")
 
 
 def load_profile(name_or_path: str, overrides: Sequence[str] = ()) -> Profile:
@@ -123,7 +125,7 @@ def _list_index(node: list[Any], part: str, where: str, override: str) -> int:
     if part.isdigit() and int(part) < len(node):
         return int(part)
     known = ", ".join(name for name in names if name) or f"0..{len(node) - 1}"
-    raise ConfigError(f"--set {override}: {where} has no {part}; there are: {known}")
+    raise ConfigError(f"--set {override}: {where} has no {part}", advice=f"there are: {known}")
 
 
 def _toml_value(text: str) -> Any:

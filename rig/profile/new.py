@@ -31,7 +31,9 @@ def copied_text(source: str, name: str) -> str:
     line = f"name = {json.dumps(name)}"
     head, count = _NAME_LINE.subn(lambda _: line, head)
     if count != 1:
-        raise ConfigError(f'{path}: has no single line name = "..." at its head; copy it by hand')
+        raise ConfigError(
+            f'{path}: has no single line name = "..." at its head', advice="copy it by hand"
+        )
     return head + rest
 
 
@@ -51,7 +53,8 @@ def write_new(path: Path, text: str) -> None:
         raise ConfigError(f"{path}: would not be valid TOML: {error}") from error
     if path.exists():
         raise ConfigError(
-            f"{path}: is there already and is left alone; choose another name, or --out FILE"
+            f"{path}: is there already and is left alone",
+            advice="choose another name, or --out FILE",
         )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

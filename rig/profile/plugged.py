@@ -53,12 +53,13 @@ def _camera_kind(by_kind: Mapping[str, Sequence[FoundDevice]]) -> CameraKind:
         return kinds[0]
     if kinds:
         raise ConfigError(
-            "asked for a new profile, found OAK and V4L2 cameras; say which: --camera oak or "
-            "--camera v4l2"
+            "asked for a new profile, found OAK and V4L2 cameras",
+            advice="say which: --camera oak or --camera v4l2",
         )
     raise ConfigError(
-        "asked for a new profile from what is plugged in, found no camera; say what it will be "
-        "(--camera v4l2 --views 2, --camera oak), or begin with a simulated rig (--from sim)"
+        "asked for a new profile from what is plugged in, found no camera",
+        advice="say what it will be "
+        "(--camera v4l2 --views 2, --camera oak), or begin with a simulated rig (--from sim)",
     )
 
 
@@ -67,8 +68,8 @@ def _views(kind: CameraKind, cameras: Sequence[str]) -> int:
         return _OAK_VIEWS
     if len(cameras) < 2:
         raise ConfigError(
-            f"a rig has two views or more, found {len(cameras)} V4L2 cameras; plug the others in, "
-            "or say how many there will be: --views 2"
+            f"a rig has two views or more, found {len(cameras)} V4L2 cameras",
+            advice="plug the others in, or say how many there will be: --views 2",
         )
     return min(len(cameras), len(PLACES))
 

@@ -54,8 +54,8 @@ def profile_text(recipe: Recipe) -> str:
     """
     if not 2 <= recipe.views <= len(PLACES):
         raise ConfigError(
-            f"asked for {recipe.views} views, a new profile has 2 to {len(PLACES)}; "
-            "write further [[views]] by hand"
+            f"asked for {recipe.views} views, a new profile has 2 to {len(PLACES)}",
+            advice="write further [[views]] by hand",
         )
     names = list(PLACES)[: recipe.views]
     width_px, height_px = 1280, 800

@@ -25,6 +25,6 @@ def report_extra(asked: str, then: str) -> Generator[None]:
         if error.name is None or error.name.partition(".")[0] not in _PACKAGES:
             raise
         raise ConfigError(
-            f"asked for {asked}, {error.name} is not installed; pip install 'epirig[report]', "
-            f"then {then}"
+            f"asked for {asked}, {error.name} is not installed",
+            advice=f"pip install 'epirig[report]', then {then}",
         ) from error

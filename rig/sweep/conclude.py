@@ -128,7 +128,7 @@ def stored_conclusion(store: Store, sweep_id: int) -> SweepResult:
     evidence = _fit(store, sweep_id)
     curve_ids = [row.curve_id for row in store.sweeps() if row.id == sweep_id]
     if not curve_ids or curve_ids[0] is None:
-        raise CurveError(f"sweep {sweep_id} has no curve yet; run `rig fit {sweep_id}`")
+        raise CurveError(f"sweep {sweep_id} has no curve yet", advice=f"run `rig fit {sweep_id}`")
     return _result(store, sweep_id, evidence, curve_ids[0], None)
 
 

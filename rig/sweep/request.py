@@ -41,7 +41,9 @@ def sweep_setup(profile: Profile) -> SweepSetup:
     if stage is None or target is None or config is None:
         parts = {"stage": stage, "target": target, "sweep": config}
         missing = ", ".join(f"[{name}]" for name, part in parts.items() if part is None)
-        raise ConfigError(f"profile {profile.name}: a sweep needs {missing}; add it to the file")
+        raise ConfigError(
+            f"profile {profile.name}: a sweep needs {missing}", advice="add it to the file"
+        )
     return SweepSetup(stage, target, config)
 
 

@@ -77,8 +77,8 @@ def resumed_sweep(store: Store, profile: Profile, sweep_id: int | None) -> Sweep
     if what is not None:
         raise ConfigError(
             f"asked to resume sweep {sweep.id} of rig {before.name} with profile "
-            f"{profile.name}: {what} differs from what the sweep began with; use the same "
-            "profile, or begin a new sweep"
+            f"{profile.name}: {what} differs from what the sweep began with",
+            advice="use the same profile, or begin a new sweep",
         )
     rectifier = rectifier_of(profile, calibration_of(store, sweep.calibration_id))
     store.reopen_sweep(sweep.id)
@@ -280,8 +280,8 @@ def _compare(
     allowed_px = setup.config.max_motion_px
     if abs(change_px) > allowed_px:
         raise TargetError(
-            f"{text}, allowed {allowed_px:.4f} px; camera, board or stage have changed since the "
-            "sweep began: begin a new one",
+            f"{text}, allowed {allowed_px:.4f} px",
+            advice="camera, board or stage have changed since the sweep began: begin a new one",
             reason="changed",
         )
     tell(text)

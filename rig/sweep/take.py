@@ -117,5 +117,6 @@ def _require_fresh(multiview: MultiView, called_s: float) -> None:
             raise DeviceLostError(
                 f"camera, view {frame.view}",
                 f"asked for a new frame, got one exposed {called_s - frame.timestamp_s:.3f} s "
-                "before; the camera is stuck or repeats its queue: open it again",
+                "before",
+                advice="the camera is stuck or repeats its queue: open it again",
             )

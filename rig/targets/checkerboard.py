@@ -24,11 +24,13 @@ class Board:
     def __post_init__(self) -> None:
         if self.columns < 3 or self.rows < 3:
             raise ConfigError(
-                f"board of {self.columns} x {self.rows} inner corners asked for; "
-                "use one with at least 3 x 3"
+                f"board of {self.columns} x {self.rows} inner corners asked for",
+                advice="use one with at least 3 x 3",
             )
         if not (np.isfinite(self.square_mm) and self.square_mm > 0):
-            raise ConfigError(f"squares of {self.square_mm} mm asked for; give their side in mm")
+            raise ConfigError(
+                f"squares of {self.square_mm} mm asked for", advice="give their side in mm"
+            )
 
     @property
     def has_one_way_up(self) -> bool:

@@ -39,7 +39,8 @@ def why_not(image: Image, board: Board, seen: list[Lattice]) -> TargetError:
     best = max(boards, key=lambda lattice: int(lattice.found.sum()), default=None)
     if best is None:
         return exposure_at_fault(image, asked) or TargetError(
-            f"{asked}, nothing like a checkerboard found; put the board in view and light it",
+            f"{asked}, nothing like a checkerboard found",
+            advice="put the board in view and light it",
             reason="not-found",
         )
     return (
@@ -47,8 +48,8 @@ def why_not(image: Image, board: Board, seen: list[Lattice]) -> TargetError:
         or _count(best, board, image.shape, asked)
         or exposure_at_fault(image, asked)
         or TargetError(
-            f"{asked}, found {int(best.found.sum())} corners on a lattice of {_across(best)}; "
-            "uncover the board, and avoid glare, blur and bending",
+            f"{asked}, found {int(best.found.sum())} corners on a lattice of {_across(best)}",
+            advice="uncover the board, and avoid glare, blur and bending",
             reason="not-found",
         )
     )
@@ -69,7 +70,8 @@ def _size(lattice: Lattice, asked: str) -> TargetError | None:
         return None
     return TargetError(
         f"{asked}, found {_across(lattice)} corners on squares of {lattice.side_px:.1f} px, at "
-        f"least {MIN_SIDE_PX:.0f} px are needed; bring the board nearer or use larger squares",
+        f"least {MIN_SIDE_PX:.0f} px are needed",
+        advice="bring the board nearer or use larger squares",
         reason="too-small",
     )
 
@@ -83,8 +85,8 @@ def _count(
     if found[0] > wanted[0] or found[1] > wanted[1]:
         at_least = "at least " if borders or not lattice.found.all() else ""
         return TargetError(
-            f"{asked}, found {at_least}{_across(lattice)} inner corners; set the board's columns "
-            "and rows to what it has, or use the other board",
+            f"{asked}, found {at_least}{_across(lattice)} inner corners",
+            advice="set the board's columns and rows to what it has, or use the other board",
             reason="wrong-count",
         )
     if found == wanted and not _at_border(lattice.xy_px.reshape(-1, 2), shape):
@@ -92,14 +94,15 @@ def _count(
     if borders:
         return TargetError(
             f"{asked}, found {_across(lattice)} corners up to the {' and '.join(borders)} border "
-            "of the picture; move the board until all of it is in view",
+            "of the picture",
+            advice="move the board until all of it is in view",
             reason="clipped",
         )
     if not lattice.found.all():
         return None
     return TargetError(
-        f"{asked}, found one of {_across(lattice)} inner corners; set columns and rows to "
-        f"{_across(lattice)}, or uncover the rest of the board",
+        f"{asked}, found one of {_across(lattice)} inner corners",
+        advice=f"set columns and rows to {_across(lattice)}, or uncover the rest of the board",
         reason="wrong-count",
     )
 
@@ -143,15 +146,16 @@ def exposure_at_fault(image: Image, asked: str) -> TargetError | None:
     burnt = float((image >= full).mean())
     if burnt > _BURNT:
         return TargetError(
-            f"{asked}, not found with {burnt:.0%} of the pixels saturated at "
-            f"{full:.0f}; shorten the exposure or dim the light",
+            f"{asked}, not found with {burnt:.0%} of the pixels saturated at {full:.0f}",
+            advice="shorten the exposure or dim the light",
             reason="over-exposed",
         )
     brightest = float(np.percentile(image, 99.5))
     if brightest < _DARK * full:
         return TargetError(
             f"{asked}, not found in a dark picture: brightest pixels at "
-            f"{brightest:.0f} of {full:.0f}; lengthen the exposure or add light",
+            f"{brightest:.0f} of {full:.0f}",
+            advice="lengthen the exposure or add light",
             reason="under-exposed",
         )
     return None

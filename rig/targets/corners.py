@@ -71,8 +71,8 @@ def find_corners(image: Image, board: Board) -> Corners:
     """
     if image.ndim != 2 or min(image.shape) < 16 or not np.isfinite(image).all():
         raise TargetError(
-            f"{board} board asked for in an array of shape {image.shape}; give a grey picture "
-            "(H, W) of at least 16 x 16 finite pixels",
+            f"{board} board asked for in an array of shape {image.shape}",
+            advice="give a grey picture (H, W) of at least 16 x 16 finite pixels",
             reason="not-found",
         )
     pictures = pyramid(image, _LEVELS)
@@ -94,8 +94,8 @@ def corner_motion_px(first: Corners, last: Corners) -> float:
     """
     if first.xy_px.shape != last.xy_px.shape:
         raise TargetError(
-            f"motion asked for between boards of {first.board} and {last.board} inner corners; "
-            "compare pictures of one board",
+            f"motion asked for between boards of {first.board} and {last.board} inner corners",
+            advice="compare pictures of one board",
             reason="wrong-count",
         )
     moved = np.linalg.norm(last.xy_px - first.xy_px, axis=-1)
@@ -212,14 +212,15 @@ def _checked(corners: Corners) -> Corners:
     if side_px < MIN_SIDE_PX:
         raise TargetError(
             f"{board} board found with squares of {side_px:.1f} px, at least {MIN_SIDE_PX:.0f} px "
-            "are needed; bring the board nearer or use larger squares",
+            "are needed",
+            advice="bring the board nearer or use larger squares",
             reason="too-small",
         )
     if corners.blur_px > MAX_BLUR_RATIO * side_px:
         raise TargetError(
             f"{board} board found with edges blurred by {corners.blur_px:.1f} px on squares of "
-            f"{side_px:.1f} px, at most {MAX_BLUR_RATIO * side_px:.1f} px can be measured; "
-            "focus the lens, or hold the board still",
+            f"{side_px:.1f} px, at most {MAX_BLUR_RATIO * side_px:.1f} px can be measured",
+            advice="focus the lens, or hold the board still",
             reason="blurred",
         )
     return corners

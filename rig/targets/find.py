@@ -57,8 +57,8 @@ def full_corners(image: Image, target: Target) -> Corners:
     detection = find_target(image, target)
     if len(detection) < board.rows * board.columns:
         raise TargetError(
-            f"all {board} inner corners of a ChArUco board asked for, found {len(detection)}; move "
-            "the board until all of it is in view, without glare",
+            f"all {board} inner corners of a ChArUco board asked for, found {len(detection)}",
+            advice="move the board until all of it is in view, without glare",
             reason="clipped",
         )
     shape = (board.rows, board.columns)
@@ -74,8 +74,8 @@ def full_corners(image: Image, target: Target) -> Corners:
 def _check_picture(image: Image, target: Target) -> None:
     if image.ndim != 2 or min(image.shape) < 16 or not _finite(image):
         raise TargetError(
-            f"{target} board asked for in an array of shape {image.shape}; give a grey picture "
-            "(H, W) of at least 16 x 16 finite pixels",
+            f"{target} board asked for in an array of shape {image.shape}",
+            advice="give a grey picture (H, W) of at least 16 x 16 finite pixels",
             reason="not-found",
         )
 

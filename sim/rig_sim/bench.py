@@ -88,7 +88,8 @@ def serve_stage(
         serve_on_tcp(firmware, tcp_port, on_ready=on_ready)
     except OSError as error:
         raise ConfigError(
-            f"TCP port {tcp_port} cannot be opened ({error}); choose another, 0 takes a free one"
+            f"TCP port {tcp_port} cannot be opened ({error})",
+            advice="choose another, 0 takes a free one",
         ) from error
 
 

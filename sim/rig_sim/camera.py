@@ -115,5 +115,7 @@ class SimCamera:
 
     def _since(self) -> float:
         if self._opened_s is None:
-            raise DeviceLostError(_NAME, 'asked for frames, but it is not open; use "with camera:"')
+            raise DeviceLostError(
+                _NAME, "asked for frames, but it is not open", advice='use "with camera:"'
+            )
         return self._opened_s

@@ -32,8 +32,8 @@ def charuco_print(config: CharucoConfig) -> Print:
     if texels is None:
         raise ConfigError(
             f"target: markers of {config.marker_mm} mm with {bits} bits across in squares of "
-            f"{config.square_mm} mm have no grid of under {_MOST_TEXELS} steps in common; "
-            "simulate one with marker_mm of 3/4 of square_mm"
+            f"{config.square_mm} mm have no grid of under {_MOST_TEXELS} steps in common",
+            advice="simulate one with marker_mm of 3/4 of square_mm",
         )
     size = (config.squares_across, config.squares_down)
     board = cv2.aruco.CharucoBoard(size, config.square_mm, config.marker_mm, dictionary)

@@ -126,7 +126,9 @@ class FaultyCamera:
             case StuckCamera():
                 return multi_view if self._last is None else self._last
             case UnpluggedCamera():
-                raise DeviceLostError(_NAME, "stopped answering; check cable and power, open again")
+                raise DeviceLostError(
+                    _NAME, "stopped answering", advice="check cable and power, open again"
+                )
 
     def stream(self) -> Iterator[MultiView]:
         """See `Camera.stream`; multi-views out of step are dropped and counted."""

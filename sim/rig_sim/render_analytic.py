@@ -39,8 +39,8 @@ class AnalyticRenderer:
         board = moment.board
         if board is None:
             raise ConfigError(
-                f"the analytic renderer draws scene board only, asked for {moment.scene}; "
-                'set world.renderer = "mitsuba"'
+                f"the analytic renderer draws scene board only, asked for {moment.scene}",
+                advice='set world.renderer = "mitsuba"',
             )
         return np.stack([_draw(camera, board) for camera in moment.cameras])
 

@@ -166,8 +166,8 @@ def _open_mitsuba() -> Any:
         mitsuba = importlib.import_module("mitsuba")
     except ImportError as error:
         raise ConfigError(
-            f"the simulated camera renders with mitsuba, which is not installed ({error}); "
-            "run: pip install 'epirig[sim]'"
+            f"the simulated camera renders with mitsuba, which is not installed ({error})",
+            advice="run: pip install 'epirig[sim]'",
         ) from error
     mitsuba.set_variant(_VARIANT)
     return mitsuba

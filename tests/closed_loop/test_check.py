@@ -32,7 +32,7 @@ from tests.support.command import Command
 from tests.support.curve_points import exact_sweep
 from tests.support.small_sim import SMALL_SIM, as_options
 
-NO_CURVE = StoreError("no curve of this rig; make one with rig sweep")
+NO_CURVE = StoreError("no curve of this rig", advice="make one with rig sweep")
 
 
 SWINGING = ("world.carriage.ring_mm=6.0", "world.carriage.ring_decay_s=0.5")

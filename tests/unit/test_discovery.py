@@ -17,7 +17,7 @@ def finds(_timeout_s: float) -> Sequence[FoundDevice]:
 
 
 def lacks_an_extra(_timeout_s: float) -> Sequence[FoundDevice]:
-    raise ConfigError("depthai is not installed; pip install 'epirig[oak]'")
+    raise ConfigError("depthai is not installed", advice="pip install 'epirig[oak]'")
 
 
 def test_what_is_found_and_what_is_missing_stand_side_by_side():

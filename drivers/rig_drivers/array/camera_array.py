@@ -248,7 +248,9 @@ class CameraArray:
 
     def _require_running(self) -> None:
         if not self._is_open:
-            raise DeviceLostError(_NAME, 'asked for frames, but it is not open; use "with camera:"')
+            raise DeviceLostError(
+                _NAME, "asked for frames, but it is not open", advice='use "with camera:"'
+            )
         if self._failure is not None:
             raise self._failure
 

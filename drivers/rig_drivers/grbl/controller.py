@@ -85,8 +85,8 @@ class GrblController:
         if state != "Idle":
             raise StageAlarmError(
                 self._name,
-                f"{what}, found the controller in state {state}; "
-                "see what stopped it, then home again",
+                f"{what}, found the controller in state {state}",
+                advice="see what stopped it, then home again",
                 code=state,
             )
         return machine_mm
@@ -178,11 +178,11 @@ class GrblController:
             before = now
         raise DeviceLostError(
             self._name,
-            f"read the settings ({what}) {SETTINGS_ATTEMPTS} times, never twice alike; "
-            "check the cable for noise",
+            f"read the settings ({what}) {SETTINGS_ATTEMPTS} times, never twice alike",
+            advice="check the cable for noise",
         )
 
     def _opened_axis(self) -> GrblAxis:
         if self._axis is None:
-            raise DeviceLostError(self._name, "is not open; use it inside `with`")
+            raise DeviceLostError(self._name, "is not open", advice="use it inside `with`")
         return self._axis

@@ -77,12 +77,14 @@ class GrblLink:
             raise DeviceNotFoundError(
                 self._device,
                 f"asked for GRBL, no banner came within {2 * BANNER_TIMEOUT_S:.0f} s"
-                f"{self._dialogue.noise_note()}; check port, baud rate and the controller's supply",
+                f"{self._dialogue.noise_note()}",
+                advice="check port, baud rate and the controller's supply",
             )
         if banner.number < (1, 1):
             raise DeviceNotFoundError(
                 self._device,
-                f"found GRBL {banner.version}, this driver needs 1.1; update the firmware",
+                f"found GRBL {banner.version}, this driver needs 1.1",
+                advice="update the firmware",
             )
         self._dialect = banner.dialect
         self._drain()
@@ -122,8 +124,8 @@ class GrblLink:
                 printed.append(reply)
         raise StageTimeoutError(
             self._device,
-            f"{text} got no answer within {timeout_s:.1f} s{self._dialogue.noise_note()}; "
-            "check cable and supply",
+            f"{text} got no answer within {timeout_s:.1f} s{self._dialogue.noise_note()}",
+            advice="check cable and supply",
             timeout_s=timeout_s,
         )
 
@@ -145,8 +147,8 @@ class GrblLink:
         timeout_s = STATUS_ATTEMPTS * STATUS_TIMEOUT_S
         raise StageTimeoutError(
             self._device,
-            f"no status report within {timeout_s:.1f} s{self._dialogue.noise_note()}; "
-            "check cable and supply",
+            f"no status report within {timeout_s:.1f} s{self._dialogue.noise_note()}",
+            advice="check cable and supply",
             timeout_s=timeout_s,
         )
 
@@ -218,8 +220,8 @@ class GrblLink:
                 return
         raise DeviceLostError(
             self._device,
-            f"did not come back from {RESET_ATTEMPTS} resets{self._dialogue.noise_note()}; "
-            "the stage may still be moving: switch its supply off",
+            f"did not come back from {RESET_ATTEMPTS} resets{self._dialogue.noise_note()}",
+            advice="the stage may still be moving: switch its supply off",
         )
 
     # -- reading ------------------------------------------------------------------------------
@@ -260,8 +262,8 @@ class GrblLink:
             self.is_homed = False
             raise StageAlarmError(
                 self._device,
-                "the controller was reset by somebody else or by its supply, the position is "
-                "lost; check the supply and home again",
+                "the controller was reset by somebody else or by its supply, the position is lost",
+                advice="check the supply and home again",
                 code="reset",
             )
 

@@ -42,7 +42,8 @@ def read_axis(
     if missing:
         raise ConfigError(
             f"{device}: the controller has no setting "
-            f"{', '.join(f'${number}' for number in missing)}; this driver needs GRBL 1.1"
+            f"{', '.join(f'${number}' for number in missing)}",
+            advice="this driver needs GRBL 1.1",
         )
     for number, wanted, purpose in (
         (22, 1, "homing must be on, or no position is known"),
@@ -51,8 +52,8 @@ def read_axis(
     ):
         if int(settings[number]) & 1 != wanted:
             raise ConfigError(
-                f"{device}: the controller has ${number}={settings[number]:.0f}, {purpose}; "
-                f"send ${number}={wanted}"
+                f"{device}: the controller has ${number}={settings[number]:.0f}, {purpose}",
+                advice=f"send ${number}={wanted}",
             )
     travel_mm, pull_off_mm = settings[130 + axis], settings[27]
     homes_down = bool(int(settings[23]) >> axis & 1)
@@ -93,13 +94,14 @@ def read_fluidnc_axis(
     missing = [key for key in FLUIDNC_KEYS if key not in values]
     if missing:
         raise ConfigError(
-            f"{device}: FluidNC has no {where}/{missing[0]}; give the axis homing and limits in "
-            "its configuration file"
+            f"{device}: FluidNC has no {where}/{missing[0]}",
+            advice="give the axis homing and limits in its configuration file",
         )
     if values["soft_limits"] != "true":
         raise ConfigError(
-            f"{device}: FluidNC has {where}/soft_limits {values['soft_limits']}; set it to true in "
-            "its configuration file, so that the controller refuses what is too far"
+            f"{device}: FluidNC has {where}/soft_limits {values['soft_limits']}",
+            advice="set it to true in "
+            "its configuration file, so that the controller refuses what is too far",
         )
     try:
         rate, acceleration, travel_mm, home_mm = (float(values[key]) for key in FLUIDNC_KEYS[1:5])
@@ -121,8 +123,8 @@ def check_axis(config: GrblStageConfig, axis: GrblAxis, *, device: str) -> None:
     number = AXES.index(config.axis)
     if axis.acceleration_mm_s2 <= 0.0:
         raise ConfigError(
-            f"{device}: the controller's ${120 + number} is {axis.acceleration_mm_s2:.1f} mm/s2; "
-            "set an acceleration above 0"
+            f"{device}: the controller's ${120 + number} is {axis.acceleration_mm_s2:.1f} mm/s2",
+            advice="set an acceleration above 0",
         )
     check_speed(config, axis.rate_mm_s, setting=f"${110 + number}", device=device)
     check_travel(config, axis.range_mm, setting=f"${130 + number}", device=device)

@@ -86,7 +86,8 @@ class MarlinController:
         if self._link.is_killed:
             raise StageAlarmError(
                 self._name,
-                "the controller has halted (kill); switch it off and on, open it again, then home",
+                "the controller has halted (kill)",
+                advice="switch it off and on, open it again, then home",
                 code="killed",
             )
 
@@ -195,8 +196,8 @@ class MarlinController:
         if name is None or "Marlin" not in name[1]:
             raise DeviceNotFoundError(
                 self._name,
-                f"asked for Marlin, found {name[1] if name else 'no name'!r} (M115); "
-                "check the port, or choose another kind of stage",
+                f"asked for Marlin, found {name[1] if name else 'no name'!r} (M115)",
+                advice="check the port, or choose another kind of stage",
             )
         parts = {"machine": r"MACHINE_TYPE:\s*(.*?)(?= [A-Z_]+:|$)", "uuid": r"UUID:\s*(\S+)"}
         found = {key: re.search(pattern, text) for key, pattern in parts.items()}
@@ -226,8 +227,8 @@ class MarlinController:
             before = now
         raise DeviceLostError(
             self._name,
-            f"read the settings (M503, M211) {SETTINGS_ATTEMPTS} times, never twice alike; "
-            "check the cable for noise",
+            f"read the settings (M503, M211) {SETTINGS_ATTEMPTS} times, never twice alike",
+            advice="check the cable for noise",
         )
 
     def _read_mm(self, what: str) -> float:
@@ -237,8 +238,8 @@ class MarlinController:
             position = self._link.position()
             if position.steps is None:
                 raise ConfigError(
-                    f"{self._name}: motors of this controller are no axes (CoreXY); "
-                    f"use a controller whose {self._config.axis} motor drives the carriage"
+                    f"{self._name}: motors of this controller are no axes (CoreXY)",
+                    advice=f"use a controller whose {self._config.axis} motor drives the carriage",
                 )
             now = position.steps[self._index] / self._opened_axis().steps_per_mm
             agrees = abs(now - position.logical_mm[self._index]) <= ROUNDING_MM
@@ -249,11 +250,12 @@ class MarlinController:
         raise StageAlarmError(
             self._name,
             f"{what}, {READING_ATTEMPTS} readings of M114 disagree, or its coordinate with its "
-            "count; switch off offsets (M206, G92) and levelling (M420 S0), check the cable",
+            "count",
+            advice="switch off offsets (M206, G92) and levelling (M420 S0), check the cable",
             code="M114",
         )
 
     def _opened_axis(self) -> MarlinAxis:
         if self._axis is None:
-            raise DeviceLostError(self._name, "is not open; use it inside `with`")
+            raise DeviceLostError(self._name, "is not open", advice="use it inside `with`")
         return self._axis

@@ -77,8 +77,8 @@ class MarlinLink:
         except StageTimeoutError as error:
             raise DeviceNotFoundError(
                 self._device,
-                f"asked for Marlin, nothing answered{self._dialogue.noise_note()}; "
-                "check port, baud rate (115200 or 250000) and the controller's supply",
+                f"asked for Marlin, nothing answered{self._dialogue.noise_note()}",
+                advice="check port, baud rate (115200 or 250000) and the controller's supply",
             ) from error
 
     def begin(self) -> None:
@@ -200,8 +200,8 @@ class MarlinLink:
                 return
         raise DeviceLostError(
             self._device,
-            f"did not confirm {ATTEMPTS} emergency stops (M112){self._dialogue.noise_note()}; "
-            "the stage may still be moving: switch its supply off",
+            f"did not confirm {ATTEMPTS} emergency stops (M112){self._dialogue.noise_note()}",
+            advice="the stage may still be moving: switch its supply off",
         )
 
     # -- reading ------------------------------------------------------------------------------
@@ -276,8 +276,8 @@ class MarlinLink:
         if isinstance(reply, Start):
             raise StageAlarmError(
                 self._device,
-                "the controller was reset by somebody else or by its supply, the position is "
-                "lost; check the supply and home again",
+                "the controller was reset by somebody else or by its supply, the position is lost",
+                advice="check the supply and home again",
                 code="reset",
             )
 
@@ -285,14 +285,15 @@ class MarlinLink:
         return StageAlarmError(
             self._device,
             f"the controller wants line {answer.number} again, line {self._next} was sent, so it "
-            "missed a command; check the cable for noise",
+            "missed a command",
+            advice="check the cable for noise",
             code="out of step",
         )
 
     def _timeout(self, text: str, timeout_s: float) -> StageTimeoutError:
         return StageTimeoutError(
             self._device,
-            f"{text} got no answer within {timeout_s:.1f} s{self._dialogue.noise_note()}; "
-            "check cable and supply",
+            f"{text} got no answer within {timeout_s:.1f} s{self._dialogue.noise_note()}",
+            advice="check cable and supply",
             timeout_s=timeout_s,
         )

@@ -36,7 +36,8 @@ def read_axis(lines: Iterable[str], axis: str, *, device: str) -> MarlinAxis:
     if not re.search(r"M211 S1|Soft endstops: O[Nn]", text):
         raise ConfigError(
             f"{device}: the controller's soft end stops are off or absent (M211), so it would go "
-            "anywhere; send M211 S1 and M500"
+            "anywhere",
+            advice="send M211 S1 and M500",
         )
     wanted = {
         "rate": rf"M203\b.*?\b{axis}(\d+\.\d+)",
@@ -51,14 +52,15 @@ def read_axis(lines: Iterable[str], axis: str, *, device: str) -> MarlinAxis:
     missing = sorted(set(wanted) - set(values))
     if missing:
         raise ConfigError(
-            f"{device}: the controller tells no {', '.join(missing)} of axis {axis} "
-            "(M503, M211); this driver needs Marlin 2 with M503"
+            f"{device}: the controller tells no {', '.join(missing)} of axis {axis} (M503, M211)",
+            advice="this driver needs Marlin 2 with M503",
         )
     acceleration = min(values["axis acceleration"], values["travel acceleration"])
     if acceleration <= 0.0 or values["steps"] <= 0.0:
         raise ConfigError(
             f"{device}: the controller has {acceleration:.1f} mm/s2 and {values['steps']:.1f} "
-            f"steps/mm on axis {axis}; set M201, M204 T and M92 above 0"
+            f"steps/mm on axis {axis}",
+            advice="set M201, M204 T and M92 above 0",
         )
     return MarlinAxis(
         values["rate"], acceleration, values["steps"], (values["low"], values["high"])

@@ -47,7 +47,7 @@ def parse_answer(text: str, code: int) -> list[Answer]:
         answer = _ANSWER.validate_json(lines[-1] if lines else "")
     except ValidationError as error:
         raise DeviceNotFoundError(
-            "OAK", f"DepthAI ended with code {code} and no list of devices; try again"
+            "OAK", f"DepthAI ended with code {code} and no list of devices", advice="try again"
         ) from error
     if not isinstance(answer, Failure):
         return answer

@@ -56,5 +56,6 @@ def require_bandwidth(
     raise ConfigError(
         f"{device}: {sensors} x {config.width_px} x {config.height_px} px {config.pixels} at "
         f"{config.rate_hz:g} Hz need {wanted_mb_s:.1f} MB/s, {link} carries "
-        f"{available_mb_s:.0f} MB/s; {cable}lower camera.rate_hz to {fits_hz:.1f} or the size"
+        f"{available_mb_s:.0f} MB/s",
+        advice=f"{cable}lower camera.rate_hz to {fits_hz:.1f} or the size",
     )

@@ -94,8 +94,8 @@ def require_sensors(
             there = ", ".join(f"{f.socket.name} {f.sensorName}" for f in features) or "none"
             raise DeviceNotFoundError(
                 device,
-                f"view {view} needs a sensor at {socket}, the board finds {there}; "
-                "seat its ribbon cable or correct camera.sockets",
+                f"view {view} needs a sensor at {socket}, the board finds {there}",
+                advice="seat its ribbon cable or correct camera.sockets",
             )
         _require_sensor(feature, config, f"{device}, view {view} ({feature.sensorName})")
 
@@ -105,36 +105,38 @@ def _require_sensor(feature: dai.CameraFeatures, config: OakCameraConfig, where:
     if width > feature.width or height > feature.height:
         raise ConfigError(
             f"{where}: asked for {width} x {height} px, the sensor has {feature.width} x "
-            f"{feature.height}; lower camera.width_px and height_px"
+            f"{feature.height}",
+            advice="lower camera.width_px and height_px",
         )
     modes = [c for c in feature.configs if c.width >= width and c.height >= height]
     fastest_hz = max((mode.maxFps for mode in modes), default=config.rate_hz)
     if config.rate_hz > fastest_hz:
         raise ConfigError(
-            f"{where}: asked for {config.rate_hz:g} Hz, it reaches {fastest_hz:g} Hz at this size; "
-            "lower camera.rate_hz"
+            f"{where}: asked for {config.rate_hz:g} Hz, it reaches {fastest_hz:g} Hz at this size",
+            advice="lower camera.rate_hz",
         )
     if config.pixels == "raw10":
         _require_raw(feature, config, where)
     if feature.hasAutofocus and config.lens_position is None:
         raise ConfigError(
-            f"{where}: has autofocus, and a lens that moves changes the geometry; "
-            "lock it with camera.lens_position"
+            f"{where}: has autofocus, and a lens that moves changes the geometry",
+            advice="lock it with camera.lens_position",
         )
     if config.lens_position is not None and not feature.hasAutofocus:
-        raise ConfigError(f"{where}: has no focus motor; remove camera.lens_position")
+        raise ConfigError(f"{where}: has no focus motor", advice="remove camera.lens_position")
 
 
 def _require_raw(feature: dai.CameraFeatures, config: OakCameraConfig, where: str) -> None:
     if dai.CameraSensorType.MONO not in feature.supportedTypes:
         raise ConfigError(
-            f"{where}: raw pixels of a colour sensor are a mosaic; use camera.pixels = "
-            '"gray8" or a monochrome sensor'
+            f"{where}: raw pixels of a colour sensor are a mosaic",
+            advice='use camera.pixels = "gray8" or a monochrome sensor',
         )
     sizes = sorted({(mode.width, mode.height) for mode in feature.configs})
     if sizes and (config.width_px, config.height_px) not in sizes:
         there = ", ".join(f"{width} x {height}" for width, height in sizes)
         raise ConfigError(
             f"{where}: asked for raw {config.width_px} x {config.height_px} px, its modes are "
-            f"{there}; raw pixels cannot be scaled"
+            f"{there}",
+            advice="raw pixels cannot be scaled",
         )

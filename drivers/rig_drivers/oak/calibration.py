@@ -81,7 +81,8 @@ def _sensor(handler: dai.CalibrationHandler, name: str, first: str) -> SensorCal
         )
     except RuntimeError as error:
         raise ConfigError(
-            f"the device holds no calibration of {name}: {error}; calibrate with rig calibrate"
+            f"the device holds no calibration of {name}: {error}",
+            advice="calibrate with rig calibrate",
         ) from error
 
 

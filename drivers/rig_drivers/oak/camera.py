@@ -233,7 +233,7 @@ class OakCamera:
     def _running(self) -> Streams:
         if self._streams is None:
             raise DeviceLostError(
-                self._name, 'asked for frames, but it is not open; use "with camera:"'
+                self._name, "asked for frames, but it is not open", advice='use "with camera:"'
             )
         return self._streams
 

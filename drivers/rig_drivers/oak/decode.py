@@ -76,10 +76,12 @@ def _pixels(frame: dai.ImgFrame, device: str) -> GreyImage:
             return _grey8(data, width, height, max(stride, width))
     except ValueError as error:
         raise DeviceLostError(
-            device, f"sent a damaged frame ({error}); check the cable and open it again"
+            device, f"sent a damaged frame ({error})", advice="check the cable and open it again"
         ) from error
     raise DeviceLostError(
-        device, f"sent pixels of type {kind.name}, GRAY8 or RAW10 was asked for; open it again"
+        device,
+        f"sent pixels of type {kind.name}, GRAY8 or RAW10 was asked for",
+        advice="open it again",
     )
 
 

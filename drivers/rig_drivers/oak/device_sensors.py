@@ -40,7 +40,8 @@ class DeviceSensors:
             self._close()
             raise DeviceLostError(
                 self.name,
-                f"stopped answering while it was prepared ({error}); plug it in again",
+                f"stopped answering while it was prepared ({error})",
+                advice="plug it in again",
             ) from error
         except BaseException:
             self._close()
@@ -91,7 +92,7 @@ class DeviceSensors:
 
     def _opened(self) -> dai.Device:
         if self._device is None:
-            raise DeviceLostError(self.name, 'is not open; use "with camera:"')
+            raise DeviceLostError(self.name, "is not open", advice='use "with camera:"')
         return self._device
 
     def _close(self) -> None:

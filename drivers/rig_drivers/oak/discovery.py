@@ -62,7 +62,8 @@ def open_oak(wanted: str, config: dai.Device.Config | None = None) -> dai.Device
     except RuntimeError as error:
         raise DeviceNotFoundError(
             f"OAK {info.deviceId or info.name}",
-            f"cannot be opened: {error}; another program may use it, or it needs more power",
+            f"cannot be opened: {error}",
+            advice="another program may use it, or it needs more power",
         ) from error
 
 
@@ -72,7 +73,7 @@ def choose_oak(wanted: str, infos: Sequence[dai.DeviceInfo]) -> dai.DeviceInfo:
     if len(named) == 1:
         if named[0].status == _LOCKED:
             raise DeviceNotFoundError(
-                f"OAK {named[0].deviceId}", f"is there, but may not be opened; {_UDEV}"
+                f"OAK {named[0].deviceId}", "is there, but may not be opened", advice=f"{_UDEV}"
             )
         return named[0]
     if not named and _is_address(wanted):
@@ -85,7 +86,7 @@ def choose_oak(wanted: str, infos: Sequence[dai.DeviceInfo]) -> dai.DeviceInfo:
         then = "correct camera.device"
     else:
         then = "check power and cable; without permission they do not show: " + _UDEV
-    raise DeviceNotFoundError(f"OAK {wanted}".rstrip(), f"{asked}, found {there}; {then}")
+    raise DeviceNotFoundError(f"OAK {wanted}".rstrip(), f"{asked}, found {there}", advice=f"{then}")
 
 
 def _search(wanted: str) -> list[dai.DeviceInfo]:
@@ -94,7 +95,8 @@ def _search(wanted: str) -> list[dai.DeviceInfo]:
     except RuntimeError as error:
         raise DeviceNotFoundError(
             f"OAK {wanted}".rstrip(),
-            f"the search for devices failed: {error}; check USB and network",
+            f"the search for devices failed: {error}",
+            advice="check USB and network",
         ) from error
 
 

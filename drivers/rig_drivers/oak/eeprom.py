@@ -57,7 +57,8 @@ class Eeprom:
         except OSError as error:
             raise ConfigError(
                 f"{self.name}: the backup {backup} cannot be written ({error.strerror}); name a "
-                "file that does not exist; nothing was flashed"
+                "file that does not exist",
+                advice="nothing was flashed",
             ) from error
 
     def flash(self, content: Mapping[str, object], backup: Path, *, may_flash: bool) -> None:
@@ -74,8 +75,8 @@ class Eeprom:
         """
         if not may_flash:
             raise ConfigError(
-                f"{self.name}: asked to write its calibration, which overwrites the factory's; "
-                "say so with --flash"
+                f"{self.name}: asked to write its calibration, which overwrites the factory's",
+                advice="say so with --flash",
             )
         wanted = parse_calibration(content)
         self._require_backup(backup)
@@ -85,14 +86,15 @@ class Eeprom:
         except RuntimeError as error:
             raise DeviceLostError(
                 self.name,
-                f"did not take the calibration ({error}); what it held before is in {backup}",
+                f"did not take the calibration ({error})",
+                advice=f"what it held before is in {backup}",
             ) from error
         difference = first_difference(eeprom_content(wanted), eeprom_content(found))
         if difference is not None:
             raise DeviceLostError(
                 self.name,
-                f"wrote a calibration, reads back another one at {difference}; "
-                f"write {backup} back, which holds what was there before",
+                f"wrote a calibration, reads back another one at {difference}",
+                advice=f"write {backup} back, which holds what was there before",
             )
 
     def _content(self) -> dict[str, object]:
@@ -101,7 +103,8 @@ class Eeprom:
         except RuntimeError as error:
             raise ConfigError(
                 f"{self.name}: its present calibration cannot be read ({error}), so there is "
-                "nothing to go back to; nothing was flashed"
+                "nothing to go back to",
+                advice="nothing was flashed",
             ) from error
 
     def _require_backup(self, backup: Path) -> None:
@@ -109,13 +112,15 @@ class Eeprom:
             saved: object = json.loads(backup.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise ConfigError(
-                f"{self.name}: the backup {backup} cannot be read ({error}); nothing was flashed"
+                f"{self.name}: the backup {backup} cannot be read ({error})",
+                advice="nothing was flashed",
             ) from error
         difference = first_difference(saved, self._content())
         if difference is not None:
             raise ConfigError(
                 f"{self.name}: {backup} is no backup of what the device holds, which differs at "
-                f"{difference}; save a new one; nothing was flashed"
+                f"{difference}; save a new one",
+                advice="nothing was flashed",
             )
 
 

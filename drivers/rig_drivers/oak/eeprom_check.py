@@ -115,4 +115,6 @@ def _whole(value: object, where: str, *, least: int) -> int:
 
 
 def _wrong(where: str, why: str) -> ConfigError:
-    return ConfigError(f"this is no calibration of an OAK device: {where} {why}; export it again")
+    return ConfigError(
+        f"this is no calibration of an OAK device: {where} {why}", advice="export it again"
+    )

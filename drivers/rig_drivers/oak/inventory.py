@@ -94,7 +94,7 @@ def _ask(timeout_s: float) -> list["Answer"]:
             asked.kill()
             raise DeviceNotFoundError(
                 "OAK",
-                f"DepthAI did not list its devices within {timeout_s:.1f} s; its first start is "
-                "slow: try again, or give it more time with --timeout-s",
+                f"DepthAI did not list its devices within {timeout_s:.1f} s",
+                advice="its first start is slow: try again, or give it more time with --timeout-s",
             ) from error
     return parse_answer(text, asked.returncode)

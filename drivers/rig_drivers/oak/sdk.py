@@ -25,7 +25,7 @@ except ModuleNotFoundError as _error:
     if _error.name != "depthai":
         raise
     raise ConfigError(
-        "asked for an OAK camera, depthai is not installed; pip install 'epirig[oak]'"
+        "asked for an OAK camera, depthai is not installed", advice="pip install 'epirig[oak]'"
     ) from _error
 
 __all__ = ["dai"]

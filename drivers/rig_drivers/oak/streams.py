@@ -59,7 +59,9 @@ class Streams:
         except RuntimeError as error:
             self._stop()
             raise DeviceLostError(
-                self._sensors.name, f"the pipeline did not start: {error}; plug it in again"
+                self._sensors.name,
+                f"the pipeline did not start: {error}",
+                advice="plug it in again",
             ) from error
         except BaseException:
             self._stop()
@@ -81,7 +83,9 @@ class Streams:
             DeviceLostError: no frames can come any more.
         """
         if self._groups is None:
-            raise DeviceLostError(self._sensors.name, "the pipeline does not run; open it again")
+            raise DeviceLostError(
+                self._sensors.name, "the pipeline does not run", advice="open it again"
+            )
         try:
             # The stubs do not say that both kinds of reading give None where nothing came.
             group = cast(
@@ -91,7 +95,9 @@ class Streams:
             self._look()
         except _LOST as error:
             raise DeviceLostError(
-                self._sensors.name, f"stopped answering ({error}); check the cable, open it again"
+                self._sensors.name,
+                f"stopped answering ({error})",
+                advice="check the cable, open it again",
             ) from error
         if group is None:
             self._require_alive()
@@ -146,7 +152,7 @@ class Streams:
         if failure is None and self._pipeline is not None and not self._pipeline.isRunning():
             failure = "the pipeline ended by itself"
         if failure is not None:
-            raise DeviceLostError(self._sensors.name, f"{failure}; open it again")
+            raise DeviceLostError(self._sensors.name, f"{failure}", advice="open it again")
 
 
 class _NumberedGroups(GuardedNode):

@@ -96,7 +96,10 @@ class Dialogue(Generic[Reply]):
         """
         if self._cancelling.is_set() or self._cancels != self._begun_at:
             raise StageAlarmError(
-                self._device, "stopped on request; move again when it is safe", code="stopped"
+                self._device,
+                "stopped on request",
+                advice="move again when it is safe",
+                code="stopped",
             )
 
     # -- reading ------------------------------------------------------------------------------

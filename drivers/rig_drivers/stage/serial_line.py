@@ -169,15 +169,17 @@ class SerialLine:
     def _opened(self) -> _Port:
         if self._serial is None:
             raise DeviceLostError(
-                self._device, f"port {self._port} is not open; use the device inside `with`"
+                self._device,
+                f"port {self._port} is not open",
+                advice="use the device inside `with`",
             )
         return self._serial
 
     def _lost(self, error: Exception) -> DeviceLostError:
         return DeviceLostError(
             self._device,
-            f"port {self._port} does not answer any more ({error}); "
-            "check cable and power, then open it again",
+            f"port {self._port} does not answer any more ({error})",
+            advice="check cable and power, then open it again",
         )
 
     def _why_closed(self, error: Exception) -> str:

@@ -81,12 +81,12 @@ def path_of_adapter(number: str, ports: Iterable[SerialPort], *, device: str) ->
     if paths:
         raise DeviceNotFoundError(
             device,
-            f"{len(paths)} adapters have the USB serial number {number}: {', '.join(paths)}; "
-            "name the port by its path in /dev/serial/by-path",
+            f"{len(paths)} adapters have the USB serial number {number}: {', '.join(paths)}",
+            advice="name the port by its path in /dev/serial/by-path",
         )
     there = ", ".join(f"{port.usb_serial} ({port.path})" for port in known) or "none"
     raise DeviceNotFoundError(
         device,
-        f"no adapter with the USB serial number {number}, there are: {there}; "
-        "check the cable, `rig devices` lists ports",
+        f"no adapter with the USB serial number {number}, there are: {there}",
+        advice="check the cable, `rig devices` lists ports",
     )

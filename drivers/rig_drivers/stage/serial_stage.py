@@ -190,8 +190,8 @@ class SerialStage:
             raise StageAlarmError(
                 self._name,
                 f"{what}, the controller claims {way_mm:.3f} mm after {took_s:.2f} s, at "
-                f"{self._config.speed_mm_s:.1f} mm/s that takes at least {least_s:.2f} s; "
-                "see whether the carriage moves at all, then home again",
+                f"{self._config.speed_mm_s:.1f} mm/s that takes at least {least_s:.2f} s",
+                advice="see whether the carriage moves at all, then home again",
                 code="too early",
             )
 
@@ -199,7 +199,10 @@ class SerialStage:
         """Return the distance at which the homed stage comes to rest."""
         if not self._controller.is_homed:
             raise StageAlarmError(
-                self._name, "the position is not known; home the stage first", code="not homed"
+                self._name,
+                "the position is not known",
+                advice="home the stage first",
+                code="not homed",
             )
         return self._rest(what, timeout_s)
 
@@ -208,8 +211,8 @@ class SerialStage:
         if rest_mm is None:
             raise StageTimeoutError(
                 self._name,
-                f"{what}, still not at rest after {timeout_s:.1f} s, stopped; "
-                "allow more time, raise the speed, or check the reference switch",
+                f"{what}, still not at rest after {timeout_s:.1f} s, stopped",
+                advice="allow more time, raise the speed, or check the reference switch",
                 timeout_s=timeout_s,
             )
         return distance_mm(self._config, rest_mm)
@@ -217,8 +220,8 @@ class SerialStage:
     def _check_may_move(self, what: str) -> None:
         if not self._config.may_move:
             raise ConfigError(
-                f"{self._name}: {what}, stage.may_move is false; "
-                "clear the way of the carriage and set it to true"
+                f"{self._name}: {what}, stage.may_move is false",
+                advice="clear the way of the carriage and set it to true",
             )
 
     # -- stopping -----------------------------------------------------------------------------
@@ -232,7 +235,9 @@ class SerialStage:
         except DeviceError as failed:
             said, then = (str(e).removeprefix(f"{self._name}: ") for e in (error, failed))
             raise DeviceLostError(
-                self._name, f"{said or type(error).__name__}; could not be stopped: {then}"
+                self._name,
+                f"{said or type(error).__name__}",
+                advice=f"could not be stopped: {then}",
             ) from error
 
     def _halt(self) -> None:

@@ -34,7 +34,8 @@ def check_speed(config: SerialStageConfig, rate_mm_s: float, *, setting: str, de
     if config.speed_mm_s > rate_mm_s * (1.0 + 1e-6):
         raise ConfigError(
             f"{device}: speed_mm_s is {config.speed_mm_s:.1f}, the controller's "
-            f"{setting} allows {rate_mm_s:.1f} mm/s; lower the one or raise the other"
+            f"{setting} allows {rate_mm_s:.1f} mm/s",
+            advice="lower the one or raise the other",
         )
 
 
@@ -59,8 +60,8 @@ def check_travel(
         raise ConfigError(
             f"{device}: travel_mm {near_mm:.1f}..{far_mm:.1f} with approach_mm "
             f"{config.approach_mm:.1f} needs {start_mm:.1f}..{far_mm:.1f} mm, the controller's "
-            f"{setting} allows {ends_mm[0]:.1f}..{ends_mm[1]:.1f} mm; "
-            "shorten the travel or correct distance_at_machine_zero_mm"
+            f"{setting} allows {ends_mm[0]:.1f}..{ends_mm[1]:.1f} mm",
+            advice="shorten the travel or correct distance_at_machine_zero_mm",
         )
 
 

@@ -72,8 +72,8 @@ class StoredCamera(ABC):
         if multi_view is None:
             raise DeviceLostError(
                 self._name,
-                f"asked for multi-view {(self._taken or 0) + 1}, {self._place} holds "
-                f"{self._taken}; ask for fewer frames or open it again",
+                f"asked for multi-view {(self._taken or 0) + 1}, {self._place} holds {self._taken}",
+                advice="ask for fewer frames or open it again",
             )
         return multi_view
 
@@ -85,7 +85,7 @@ class StoredCamera(ABC):
     def _following(self) -> MultiView | None:
         if self._taken is None:
             raise DeviceLostError(
-                self._name, 'asked for frames, but it is not open; use "with camera:"'
+                self._name, "asked for frames, but it is not open", advice='use "with camera:"'
             )
         multi_view = self._read(self._taken)
         if multi_view is not None:

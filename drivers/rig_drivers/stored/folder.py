@@ -76,7 +76,9 @@ class FolderCamera(StoredCamera):
 
     def _find(self) -> "list[tuple[_Stored, ...]]":
         if not self._place.is_dir():
-            raise DeviceNotFoundError(_NAME, f"{self._place} is no folder; set camera.folder")
+            raise DeviceNotFoundError(
+                _NAME, f"{self._place} is no folder", advice="set camera.folder"
+            )
         found = {view: self._matches(view) for view in self._views}
         counts = {view: len(pictures) for view, pictures in found.items()}
         if len(set(counts.values())) > 1:
@@ -97,8 +99,8 @@ class FolderCamera(StoredCamera):
         if not paths:
             raise DeviceNotFoundError(
                 _NAME,
-                f"no file for view {view}: {pattern!r} matches nothing in {self._place}; "
-                "correct camera.files",
+                f"no file for view {view}: {pattern!r} matches nothing in {self._place}",
+                advice="correct camera.files",
             )
         paths = sorted(paths, key=lambda path: _natural(path.relative_to(self._place)))
         return [stored for path in paths for stored in self._pictures_in(path)]
@@ -121,8 +123,8 @@ class FolderCamera(StoredCamera):
         elif image.shape != self._like.shape or image.dtype != self._like.dtype:
             raise DeviceLostError(
                 _NAME,
-                f"{path} is {_size(image)}, the first image is {_size(self._like)}; "
-                "all views of a camera must be alike",
+                f"{path} is {_size(image)}, the first image is {_size(self._like)}",
+                advice="all views of a camera must be alike",
             )
         return image
 
@@ -146,9 +148,11 @@ def _read_grey(path: Path) -> GreyImage:
         cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
     )
     if image is None:
-        raise DeviceLostError(_NAME, f"{path} is no image or is damaged; replace or remove it")
+        raise DeviceLostError(
+            _NAME, f"{path} is no image or is damaged", advice="replace or remove it"
+        )
     if image.dtype.name not in _DEPTHS:
-        raise DeviceLostError(_NAME, f"{path} holds {image.dtype}; 8 or 16 bit is needed")
+        raise DeviceLostError(_NAME, f"{path} holds {image.dtype}", advice="8 or 16 bit is needed")
     grey = cast("GreyImage", image)
     if grey.ndim == 2:
         return grey

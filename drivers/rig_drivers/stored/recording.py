@@ -46,7 +46,8 @@ class ReplayCamera(StoredCamera):
             raise DeviceNotFoundError(
                 _NAME,
                 f"{self._place} holds the views {', '.join(found)}, the profile has "
-                f"{', '.join(self._views)}; name the profile that it was recorded with",
+                f"{', '.join(self._views)}",
+                advice="name the profile that it was recorded with",
             )
         self._left = recorded(self._place)
 

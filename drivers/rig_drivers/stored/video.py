@@ -28,7 +28,9 @@ class StoredVideo:
         self._next = 0
         if not self._capture.isOpened() or len(self) <= 0:
             self._capture.release()
-            raise DeviceLostError(_NAME, f"{path} is no video or is damaged; replace or remove it")
+            raise DeviceLostError(
+                _NAME, f"{path} is no video or is damaged", advice="replace or remove it"
+            )
 
     def __len__(self) -> int:
         return int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
@@ -45,8 +47,8 @@ class StoredVideo:
         if not there:
             raise DeviceLostError(
                 _NAME,
-                f"{self._path} asked for picture {number} of {len(self)}, it ends before; "
-                "the file is cut off: write it again",
+                f"{self._path} asked for picture {number} of {len(self)}, it ends before",
+                advice="the file is cut off: write it again",
             )
         self._next = number + 1
         grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)

@@ -89,7 +89,7 @@ class V4l2Camera:
     def _running(self) -> tuple[CaptureStream, AppliedMode]:
         if not self._node.is_open or self._stream is None or self._mode is None:
             raise DeviceLostError(
-                self._node.name, 'asked for frames, but it is not open; use "with camera:"'
+                self._node.name, "asked for frames, but it is not open", advice='use "with camera:"'
             )
         self._stream.start()
         return self._stream, self._mode

@@ -113,7 +113,7 @@ class Controls:
         near = difflib.get_close_matches(name, self._by_name, n=1, cutoff=0.6)
         listed = ", ".join(sorted(self._by_name)) or "none at all"
         hint = f"did you mean {near[0]}?" if near else f"it has {listed}"
-        raise ConfigError(f"{self._node.name}: has no control {name}; {hint}")
+        raise ConfigError(f"{self._node.name}: has no control {name}", advice=f"{hint}")
 
     def with_number(self, number: int) -> Control | None:
         """Return a control by the kernel's id; None if the camera has none."""
@@ -155,7 +155,8 @@ class Controls:
             if found[name] != number:
                 raise ConfigError(
                     f"{self._node.name}: control {name} was set to {number}, reads {found[name]} "
-                    f"(may be {control.limits}); another control rules it, or the device rounds"
+                    f"(may be {control.limits})",
+                    advice="another control rules it, or the device rounds",
                 )
         return found
 
@@ -163,23 +164,23 @@ class Controls:
         control = self._current(self.named(name))
         where = f"{self._node.name}: control {name}"
         if control.flags & abi.CTRL_FLAG_READ_ONLY:
-            raise ConfigError(f"{where} can only be read; remove it from camera.controls")
+            raise ConfigError(f"{where} can only be read", advice="remove it from camera.controls")
         try:
             number = control.number_of(value)
         except ConfigError as error:
             raise ConfigError(f"{self._node.name}: {error}") from error
         if not control.is_active:
             raise ConfigError(
-                f"{where} is inactive: an automatism rules it; switch that off in camera.controls, "
-                "above this one"
+                f"{where} is inactive: an automatism rules it",
+                advice="switch that off in camera.controls, above this one",
             )
         try:
             _call(self._node, abi.VIDIOC_S_EXT_CTRLS, control, number)
         except OSError as error:
             if error.errno in (errno.ERANGE, errno.EINVAL):
                 raise ConfigError(
-                    f"{where}: asked for {value}, refused ({error.strerror}); may be "
-                    f"{control.limits}"
+                    f"{where}: asked for {value}, refused ({error.strerror})",
+                    advice=f"may be {control.limits}",
                 ) from error
             raise DeviceLostError(self._node.name, f"{where}: {error.strerror}") from error
         return number

@@ -133,7 +133,8 @@ def set_mode(node: Node, wanted: Mode) -> AppliedMode:
         listed = ", ".join(pixel_formats(node)) or "none"
         raise ConfigError(
             f"{node.name}: asked for {wanted}, offers no pixel format that rig can read "
-            f"(found {listed}; readable are {', '.join(DECODERS)})"
+            f"(found {listed}",
+            advice=f"readable are {', '.join(DECODERS)})",
         )
     interval_s = None
     if wanted.rate_hz is not None:
@@ -142,22 +143,26 @@ def set_mode(node: Node, wanted: Mode) -> AppliedMode:
     offered = Mode(nearest.pixel_format, nearest.width_px, nearest.height_px, rate_hz)
     if not _is_same(offered, wanted):
         raise ConfigError(
-            f"{node.name}: asked for {wanted}, the nearest it offers is {offered}; "
-            "set camera.pixel_format, width_px, height_px and rate_hz to that"
+            f"{node.name}: asked for {wanted}, the nearest it offers is {offered}",
+            advice="set camera.pixel_format, width_px, height_px and rate_hz to that",
         )
     try:
         pixels = _set_pixels(node, offered)
         applied_hz = _set_interval(node, interval_s)
     except OSError as error:
         raise DeviceLostError(
-            node.name, f"offers {offered}, but refuses it: {error.strerror}; is it in use?"
+            node.name,
+            f"offers {offered}, but refuses it: {error.strerror}",
+            advice="is it in use?",
         ) from error
     applied = Mode(
         abi.fourcc_name(pixels.pixelformat), pixels.width, pixels.height, applied_hz or rate_hz
     )
     if not _is_same(applied, offered):
         raise DeviceLostError(
-            node.name, f"asked for {offered}, which it offers; it was set to {applied} instead"
+            node.name,
+            f"asked for {offered}, which it offers",
+            advice=f"it was set to {applied} instead",
         )
     return AppliedMode(applied, pixels.bytesperline, pixels.sizeimage)
 

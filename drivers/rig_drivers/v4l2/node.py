@@ -119,13 +119,13 @@ class Node:
     def lost(self) -> DeviceLostError:
         """Return the error of a camera that was unplugged."""
         return DeviceLostError(
-            self.name, "was unplugged or reset; check cable and power, then open it again"
+            self.name, "was unplugged or reset", advice="check cable and power, then open it again"
         )
 
     def _opened(self) -> int:
         if self._descriptor is None:
             raise DeviceLostError(
-                self.name, 'asked for frames, but it is not open; use "with camera:"'
+                self.name, "asked for frames, but it is not open", advice='use "with camera:"'
             )
         return self._descriptor
 
@@ -134,7 +134,9 @@ class Node:
         try:
             self.ioctl(abi.VIDIOC_QUERYCAP, capability)
         except OSError as error:
-            raise DeviceNotFoundError(self.name, "is no video device; name another path") from error
+            raise DeviceNotFoundError(
+                self.name, "is no video device", advice="name another path"
+            ) from error
         able = abilities(capability)
         if able & abi.CAP_VIDEO_CAPTURE and able & abi.CAP_STREAMING:
             return capability
@@ -144,7 +146,9 @@ class Node:
                 self.name, f"{card} offers only multi-planar buffers, which rig does not read"
             )
         raise DeviceNotFoundError(
-            self.name, f"{card} does not stream pictures on this node; `rig devices` shows others"
+            self.name,
+            f"{card} does not stream pictures on this node",
+            advice="`rig devices` shows others",
         )
 
 

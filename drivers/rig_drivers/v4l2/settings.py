@@ -53,7 +53,8 @@ def _named(
         if abs(units * _EXPOSURE_UNIT_S - config.exposure_s) > 1e-9 or units < 1:
             raise ConfigError(
                 f"camera.exposure_s: asked for {config.exposure_s} s, V4L2 counts in steps of "
-                f"{_EXPOSURE_UNIT_S} s; the nearest is {max(1, units) * _EXPOSURE_UNIT_S:.4f} s"
+                f"{_EXPOSURE_UNIT_S} s",
+                advice=f"the nearest is {max(1, units) * _EXPOSURE_UNIT_S:.4f} s",
             )
         yield from _off(controls, abi.CID_EXPOSURE_AUTO, _MANUAL_EXPOSURE)
         yield from _off(controls, abi.CID_EXPOSURE_AUTO_PRIORITY, 0)
@@ -91,6 +92,6 @@ def _one_of(
             return control.name
     listed = ", ".join(sorted(control.name for control in controls)) or "none at all"
     raise ConfigError(
-        f"{camera}: asked for camera.{key}, has no control for it; "
-        f"{hint or f'remove camera.{key}'} (it has {listed})"
+        f"{camera}: asked for camera.{key}, has no control for it",
+        advice=f"{hint or f'remove camera.{key}'} (it has {listed})",
     )

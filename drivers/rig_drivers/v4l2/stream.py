@@ -201,8 +201,8 @@ class CaptureStream:
         if self._failures > _MOST_RECOVERIES:
             raise DeviceLostError(
                 self._node.name,
-                f"streaming failed {self._failures} times in a row ({error.strerror}); check the "
-                "cable and the bandwidth of its bus, then open it again",
+                f"streaming failed {self._failures} times in a row ({error.strerror})",
+                advice="check the cable and the bandwidth of its bus, then open it again",
             ) from error
         self.dropped["restart"] += 1
         try:
@@ -212,8 +212,8 @@ class CaptureStream:
         except OSError as again:
             raise DeviceLostError(
                 self._node.name,
-                f"streaming failed ({error.strerror}) and cannot be restarted ({again.strerror}); "
-                "open it again",
+                f"streaming failed ({error.strerror}) and cannot be restarted ({again.strerror})",
+                advice="open it again",
             ) from again
 
     def _allocate(self) -> None:
@@ -239,8 +239,8 @@ class CaptureStream:
     def _not_started(self, error: OSError) -> DeviceLostError:
         return DeviceLostError(
             self._node.name,
-            f"does not start to stream: {error.strerror}; is another program using it, or is the "
-            "USB bus full?",
+            f"does not start to stream: {error.strerror}",
+            advice="is another program using it, or is the USB bus full?",
         )
 
     def _release(self) -> None:

@@ -108,7 +108,8 @@ class ZaberController:
         if self._link.ask("").is_busy:
             raise StageAlarmError(
                 self._name,
-                "the axis began to move by itself; end other programs that use the chain",
+                "the axis began to move by itself",
+                advice="end other programs that use the chain",
                 code="BUSY",
             )
 
@@ -129,8 +130,8 @@ class ZaberController:
             if self._clock.now_s() >= deadline_s:
                 raise StageTimeoutError(
                     self._name,
-                    f"homing did not end within {timeout_s:.1f} s, stopped; "
-                    "check the home sensor or raise homing_timeout_s",
+                    f"homing did not end within {timeout_s:.1f} s, stopped",
+                    advice="check the home sensor or raise homing_timeout_s",
                     timeout_s=timeout_s,
                 )
             self._clock.sleep_s(POLL_S)
@@ -147,8 +148,8 @@ class ZaberController:
         if not self._comes_to_rest("estop"):
             raise DeviceLostError(
                 self._name,
-                f"does not confirm that it stands{self._link.dialogue.noise_note()}; "
-                "the stage may still be moving: switch its supply off",
+                f"does not confirm that it stands{self._link.dialogue.noise_note()}",
+                advice="the stage may still be moving: switch its supply off",
             )
 
     def cancel(self) -> None:
@@ -174,7 +175,8 @@ class ZaberController:
         if not count.isdigit() or int(count) != len(flags):
             raise StageAlarmError(
                 self._name,
-                f"asked for the flags, found {answer.data!r}; check axis_number and firmware",
+                f"asked for the flags, found {answer.data!r}",
+                advice="check axis_number and firmware",
                 code="BADDATA",
             )
         return frozenset(flags), answer.is_busy
@@ -217,7 +219,8 @@ class ZaberController:
         if self._config.axis_number > count:
             raise ConfigError(
                 f"{self._name}: axis_number is {self._config.axis_number}, device "
-                f"{self._config.device_address} has {count:.0f} axes; correct the number"
+                f"{self._config.device_address} has {count:.0f} axes",
+                advice="correct the number",
             )
 
     def _check_settings(self, version: str) -> None:
@@ -237,9 +240,9 @@ class ZaberController:
         else:
             raise ConfigError(
                 f"{self._name}: speed_mm_s is {self._config.speed_mm_s:.1f}, the device moves at "
-                f"{fastest_mm_s:.1f} mm/s and its firmware {version} takes no speed with a move; "
-                f"send `/{self._config.device_address} {self._config.axis_number} "
-                f"set maxspeed {speed}`"
+                f"{fastest_mm_s:.1f} mm/s and its firmware {version} takes no speed with a move",
+                advice=f"send `/{self._config.device_address} {self._config.axis_number} "
+                f"set maxspeed {speed}`",
             )
         braking = self._link.number("motion.decelonly")
         # 0 stands for the hardest braking there is.

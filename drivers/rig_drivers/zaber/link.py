@@ -82,8 +82,8 @@ class ZaberLink:
         timeout_s = attempts * ANSWER_TIMEOUT_S
         raise StageTimeoutError(
             self._device,
-            f"`{text}` got no answer within {timeout_s:.1f} s{self.dialogue.noise_note()}; "
-            "check cable and supply",
+            f"`{text}` got no answer within {timeout_s:.1f} s{self.dialogue.noise_note()}",
+            advice="check cable and supply",
             timeout_s=timeout_s,
         )
 
@@ -99,7 +99,8 @@ class ZaberLink:
         except ValueError as error:
             raise StageAlarmError(
                 self._device,
-                f"asked for {setting}, found {data!r} and no number; check address and axis",
+                f"asked for {setting}, found {data!r} and no number",
+                advice="check address and axis",
                 code="BADDATA",
             ) from error
 
@@ -133,14 +134,15 @@ class ZaberLink:
         there = sorted(self._call_all())
         if address in there:
             return ConfigError(
-                f"{self._device}: device {address} answers without checksums; send "
-                f"`/{address} set comm.checksum 1`, or set replies_with_checksum = false"
+                f"{self._device}: device {address} answers without checksums",
+                advice=f"send "
+                f"`/{address} set comm.checksum 1`, or set replies_with_checksum = false",
             )
         others = f"devices {', '.join(map(str, there))} answered" if there else "nothing answered"
         return DeviceNotFoundError(
             self._device,
-            f"asked for Zaber device {address}, {others}{self.dialogue.noise_note()}; "
-            "check port, baud rate, device_address and the supply",
+            f"asked for Zaber device {address}, {others}{self.dialogue.noise_note()}",
+            advice="check port, baud rate, device_address and the supply",
         )
 
     def _call_all(self) -> Iterator[int]:

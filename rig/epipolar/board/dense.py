@@ -107,8 +107,8 @@ def dense_board_slope(slopes: SlopeMap, board: BoardSlope) -> DenseBoardSlope:
     row, column = np.nonzero(_inside(board, slopes.slope_px.shape) & answered)
     if row.size < _FEWEST_PIXELS:
         raise SlopeError(
-            f"{row.size} pixels of the board have a dense slope, {_FEWEST_PIXELS} are needed; "
-            "bring the board nearer or add light"
+            f"{row.size} pixels of the board have a dense slope, {_FEWEST_PIXELS} are needed",
+            advice="bring the board nearer or add light",
         )
     x0, y0 = board.centre_px
     design = np.stack([np.ones(row.size), (column - x0) / _BLOCK_PX, (row - y0) / _BLOCK_PX])

@@ -108,8 +108,8 @@ def _usable(
 ) -> tuple[list[int], list[Corners]]:
     if len(corners) != len(views.images):
         raise TargetError(
-            f"corners of {len(corners)} views given for {len(views.images)} views; give one entry "
-            "per view",
+            f"corners of {len(corners)} views given for {len(views.images)} views",
+            advice="give one entry per view",
             reason="not-found",
         )
     used = [view for view, found in enumerate(corners) if isinstance(found, Corners)]
@@ -120,13 +120,15 @@ def _usable(
         cause = why if isinstance(why, TargetError) else "no corners found"
         raise TargetError(
             f"board needed in the reference view {views.reference} and one more, found in "
-            f"{len(used)} of {len(corners)}; view {blamed}: {cause}",
+            f"{len(used)} of {len(corners)}",
+            advice=f"view {blamed}: {cause}",
             reason=why.reason if isinstance(why, TargetError) else "not-found",
         )
     found = [corner for corner in corners if isinstance(corner, Corners)]
     if len({corner.xy_px.shape for corner in found}) > 1:
         raise TargetError(
-            "the views show boards of different counts; look for one board in all views",
+            "the views show boards of different counts",
+            advice="look for one board in all views",
             reason="wrong-count",
         )
     return used, found
@@ -180,7 +182,8 @@ def _gauss_newton(lines: BoardLines, paths: Paths) -> _Fit:
     else:
         raise SlopeError(
             f"line fit of the board still moves by {np.abs(change * reach).sum():.1e} px after "
-            f"{_STEPS} steps; look for motion, glare or a bent board"
+            f"{_STEPS} steps",
+            advice="look for motion, glare or a bent board",
         )
     return _Fit(plane, light, look)
 
@@ -229,5 +232,6 @@ def _stays_at_start(fit: _Fit, tracks: CornerPlane, period_px: float) -> None:
     if not moved < period_px / 4:
         raise SlopeError(
             f"line fit of the board moved {moved:.3f} px per step from its corners, more than a "
-            f"quarter of the board's period of {period_px:.3f} px; look for motion or glare"
+            f"quarter of the board's period of {period_px:.3f} px",
+            advice="look for motion or glare",
         )

@@ -136,7 +136,8 @@ class BoardLines:
         paths = paths.only(self._inside(paths.places_px))
         if paths.pixels.size == 0:
             raise SlopeError(
-                "board found, but no edge of it is seen by all views; move it to the middle"
+                "board found, but no edge of it is seen by all views",
+                advice="move it to the middle",
             )
         return paths
 

@@ -35,7 +35,9 @@ def seen_views(views: RectifiedViews) -> tuple[RectifiedViews, tuple[str, ...]]:
     """
     images = views.images
     if images.dtype == np.float32 and not np.isfinite(images).all():
-        raise SlopeError("found values that are not finite in the images; give finite grey values")
+        raise SlopeError(
+            "found values that are not finite in the images", advice="give finite grey values"
+        )
     warnings: tuple[str, ...] = ()
     sample = np.ascontiguousarray(images[:, ::_SAMPLE_PX, ::_SAMPLE_PX])
     spread = sample.reshape(len(sample), -1).std(axis=1)
@@ -48,8 +50,8 @@ def seen_views(views: RectifiedViews) -> tuple[RectifiedViews, tuple[str, ...]]:
     dark &= spread < 0.5 * spread[views.reference]
     if int((~dark).sum()) < 2:
         raise SlopeError(
-            f"only {int((~dark).sum())} of {len(dark)} views show anything; look for covered or "
-            "dead cameras"
+            f"only {int((~dark).sum())} of {len(dark)} views show anything",
+            advice="look for covered or dead cameras",
         )
     doubled = _doubled(views, sample.reshape(len(sample), -1).astype(np.float32), dark)
     reasons = {int(i): f"shows nothing (grey spread {spread[i]:.2g})" for i in np.flatnonzero(dark)}
@@ -141,7 +143,8 @@ def moving_views(
     if not kept[views.reference] or int(kept.sum()) < 2:
         raise SlopeError(
             f"views {', '.join(map(str, frozen))} repeat their last picture bit for bit while "
-            f"others change, the reference is view {views.reference}; restart the camera"
+            f"others change, the reference is view {views.reference}",
+            advice="restart the camera",
         )
     return keep(views, kept), _left_out(views, dict.fromkeys(frozen, "repeats its last picture"))
 

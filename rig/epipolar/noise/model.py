@@ -54,8 +54,9 @@ class NoiseModel:
             raise SlopeError(
                 f"noise given as {self.read_noise_levels} levels of read noise, "
                 f"{self.electrons_per_level} electrons per level and {self.step_levels} levels of "
-                "rounding; give a finite 1 sigma of 0 or more, a gain above 0 and a step of 0 or "
-                "more, as rig check measures them"
+                "rounding",
+                advice="give a finite 1 sigma of 0 or more, a gain above 0 and a step of 0 or "
+                "more, as rig check measures them",
             )
 
     def sigma_levels(self, grey_levels: float) -> float:

@@ -78,8 +78,8 @@ def window_of(
     low_px, high_px = float(slope_range_px[0]), float(slope_range_px[1])
     if not (np.isfinite(low_px) and np.isfinite(high_px) and low_px < high_px):
         raise SlopeError(
-            f"asked to search slopes from {low_px:g} to {high_px:g} px per view step; "
-            "give two finite numbers, the lower one first"
+            f"asked to search slopes from {low_px:g} to {high_px:g} px per view step",
+            advice="give two finite numbers, the lower one first",
         )
     if prior is None:
         middle_px = 0.5 * (low_px + high_px)
@@ -87,10 +87,13 @@ def window_of(
     if prior.slope_px.shape != shape or prior.sigma_px.shape != shape:
         raise SlopeError(
             f"the prior has slopes {prior.slope_px.shape} and sigmas {prior.sigma_px.shape}, the "
-            f"views are {shape} (H, W); give a prior of the reference view's shape"
+            f"views are {shape} (H, W)",
+            advice="give a prior of the reference view's shape",
         )
     if np.any(prior.sigma_px < 0):
-        raise SlopeError("the prior has a negative sigma; give standard deviations of 0 or more")
+        raise SlopeError(
+            "the prior has a negative sigma", advice="give standard deviations of 0 or more"
+        )
     window = Window(*(np.empty(shape, np.float32) for _ in range(3)))
     run_in_bands(lambda a, b: _open(window, slice(a, b), prior, low_px, high_px), shape[0])
     return window

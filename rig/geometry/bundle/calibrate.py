@@ -138,20 +138,21 @@ def _ask(
     points = np.ascontiguousarray(points_mm, np.float64).reshape(-1, 3)
     if np.abs(points[:, 2]).max(initial=0.0) > 0.0:
         raise ConfigError(
-            f"target with points up to {np.abs(points[:, 2]).max():.3g} mm off its plane given; "
-            "calibration takes flat targets, z = 0, and finds the bending itself"
+            f"target with points up to {np.abs(points[:, 2]).max():.3g} mm off its plane given",
+            advice="calibration takes flat targets, z = 0, and finds the bending itself",
         )
     if len(sizes_px) != len(names) or not 0 <= reference < len(names):
         raise ConfigError(
-            f"{len(names)} names, {len(sizes_px)} picture sizes and reference {reference} given; "
-            "give one of each per view and the reference among them"
+            f"{len(names)} names, {len(sizes_px)} picture sizes and reference {reference} given",
+            advice="give one of each per view and the reference among them",
         )
     if fixed != "none" and start is None:
         raise ConfigError(f"{fixed} asked to be held still without a geometry to start from")
     if start is not None and (len(start.names) != len(names) or start.reference != reference):
         raise ConfigError(
             f"{len(names)} views with reference {reference} given, the geometry to start from has "
-            f"{len(start.names)} with reference {start.reference}; give the geometry of this rig"
+            f"{len(start.names)} with reference {start.reference}",
+            advice="give the geometry of this rig",
         )
     observed = observe(sightings, points, len(names))
     free = Free(intrinsics=fixed == "none", lens=fixed == "none", places=fixed != "all")
@@ -175,7 +176,8 @@ def _stops(observed: Observations, stage_mm: Mapping[int, float]) -> StageStops 
     if len(np.unique(positions)) < 3:
         raise ConfigError(
             f"stage with {len(stage_mm)} positions given, the board was found at "
-            f"{len(np.unique(positions))} different ones; at least 3 make a line"
+            f"{len(np.unique(positions))} different ones",
+            advice="at least 3 make a line",
         )
     return StageStops(np.array([index for index, _ in on], np.int64), positions)
 

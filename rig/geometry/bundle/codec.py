@@ -67,8 +67,8 @@ def _decode_fields(kind: Any, data: Json, place: str) -> Any:
     if wanted != set(data):
         missing, unknown = sorted(wanted - set(data)), sorted(set(data) - wanted)
         raise ConfigError(
-            f"{place}: fields missing {missing}, fields unknown {unknown}; "
-            "the file was changed or written by another version"
+            f"{place}: fields missing {missing}, fields unknown {unknown}",
+            advice="the file was changed or written by another version",
         )
     return kind(**{name: decode(hints[name], data[name], f"{place}.{name}") for name in data})
 

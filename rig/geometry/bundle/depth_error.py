@@ -56,8 +56,8 @@ def depth_sigma_mm(geometry: RigGeometry, distance_mm: float, pixels: Float) -> 
     """
     if geometry.covariance is None:
         raise CalibrationError(
-            "depth error asked for of a geometry without covariance; calibrate the rig instead "
-            "of importing its numbers"
+            "depth error asked for of a geometry without covariance",
+            advice="calibrate the rig instead of importing its numbers",
         )
     gradient = depth_gradient(geometry, distance_mm, pixels)
     variance = np.einsum("gp,pq,gq->g", gradient, geometry.covariance, gradient)

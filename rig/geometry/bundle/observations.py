@@ -85,8 +85,8 @@ def observe(sightings: Sequence[Sighting], points_mm: Float, view_count: int) ->
         if len(sighting) and int(sighting.ids.max()) >= len(points_mm):
             raise ConfigError(
                 f"picture {sighting.picture} of view {sighting.view} shows point "
-                f"{int(sighting.ids.max())}, the target has points 0..{len(points_mm) - 1}; "
-                "give the target that was detected"
+                f"{int(sighting.ids.max())}, the target has points 0..{len(points_mm) - 1}",
+                advice="give the target that was detected",
             )
     used = sorted(
         (s for s in sightings if _spans_a_plane(s, points_mm)), key=lambda s: (s.picture, s.view)
@@ -94,13 +94,14 @@ def observe(sightings: Sequence[Sighting], points_mm: Float, view_count: int) ->
     if not used:
         raise CalibrationError(
             f"{len(sightings)} sightings given, none of at least {FEWEST_POINTS} points in two "
-            "rows; take pictures that show more of the board"
+            "rows",
+            advice="take pictures that show more of the board",
         )
     places = [(s.picture, s.view) for s in used]
     twice = next((a for a, b in pairwise(places) if a == b), None)
     if twice:
         raise ConfigError(
-            f"picture {twice[0]} of view {twice[1]} given twice; give each sighting once"
+            f"picture {twice[0]} of view {twice[1]} given twice", advice="give each sighting once"
         )
     pictures = sorted({s.picture for s in used})
     index = {picture: row for row, picture in enumerate(pictures)}

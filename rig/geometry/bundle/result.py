@@ -230,7 +230,7 @@ class Calibration:
         version = data.get("version") if isinstance(data, dict) else None
         if version != VERSION or set(data) != {"version", "calibration"}:
             raise ConfigError(
-                f"calibration of version {VERSION} asked for, found version {version}; "
-                "calibrate again, or read it with the version of rig that wrote it"
+                f"calibration of version {VERSION} asked for, found version {version}",
+                advice="calibrate again, or read it with the version of rig that wrote it",
             )
         return decode(cls, data["calibration"], "calibration")

@@ -48,7 +48,8 @@ def guess(
         if count < FEWEST_BOARDS:
             raise CalibrationError(
                 f"view {name} shows the board in {count} pictures, at least {FEWEST_BOARDS} are "
-                "needed; take more, tilted to all sides"
+                "needed",
+                advice="take more, tilted to all sides",
             )
     of_view = [[seen for (_, v), seen in boards.items() if v == view] for view in range(len(names))]
     tried: list[LensModel] = [lens] if lens else ["brown5", "fisheye"]
@@ -95,7 +96,8 @@ def _unknowns(
     lost = [n for index, n in enumerate(observed.pictures) if index not in boards]
     if lost:
         raise CalibrationError(
-            f"no pose of the board fits pictures {', '.join(map(str, lost))}; leave them out"
+            f"no pose of the board fits pictures {', '.join(map(str, lost))}",
+            advice="leave them out",
         )
     ordered = [boards[index] for index in range(len(observed.pictures))]
     return Unknowns(

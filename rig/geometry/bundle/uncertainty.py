@@ -54,8 +54,8 @@ def measure_uncertainty(adjusted: Adjusted) -> Uncertainty:
     if reduced is None or inverse is None:
         raise CalibrationError(
             f"{len(problem.observed.pictures)} pictures do not determine the "
-            f"{problem.layout.count} numbers of cameras, places and board; take more pictures, "
-            "tilted to all sides and at several distances"
+            f"{problem.layout.count} numbers of cameras, places and board",
+            advice="take more pictures, tilted to all sides and at several distances",
         )
     information = picture_information(normal, reduced)
     pull = normal.side - np.einsum("nip,ni->np", reduced.between, reduced.pull)

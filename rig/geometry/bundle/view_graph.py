@@ -45,7 +45,8 @@ def spanning_tree(
             raise CalibrationError(
                 f"{_listed(names, missing)} asked for in the frame of {names[reference]}, but no "
                 f"picture shows the board to one of them and to {_listed(names, reached)} at "
-                "once; take pictures in which the views overlap"
+                "once",
+                advice="take pictures in which the views overlap",
             )
         edges.append((known, new))
         reached.append(new)

@@ -42,23 +42,25 @@ class CharucoBoard:
     def __post_init__(self) -> None:
         if min(self.squares_across, self.squares_down) < 3 or self.columns * self.rows < 6:
             raise ConfigError(
-                f"ChArUco board of {self} squares asked for; use one with at least 4 x 3"
+                f"ChArUco board of {self} squares asked for", advice="use one with at least 4 x 3"
             )
         if not 0 < self.marker_mm < self.square_mm < np.inf:
             raise ConfigError(
-                f"markers of {self.marker_mm:g} mm in squares of {self.square_mm:g} mm asked for; "
-                "both are positive, and markers are smaller than squares"
+                f"markers of {self.marker_mm:g} mm in squares of {self.square_mm:g} mm asked for",
+                advice="both are positive, and markers are smaller than squares",
             )
         object.__setattr__(self, "dictionary", self.dictionary.upper().removeprefix("DICT_"))
         if self.dictionary not in DICTIONARIES:
             raise ConfigError(
-                f"dictionary {self.dictionary} asked for; known are {', '.join(DICTIONARIES)}"
+                f"dictionary {self.dictionary} asked for",
+                advice=f"known are {', '.join(DICTIONARIES)}",
             )
         holds = len(_all_bits(self.dictionary))
         if self.marker_count > holds:
             raise ConfigError(
                 f"ChArUco board of {self} squares needs {self.marker_count} markers, "
-                f"{self.dictionary} holds {holds}; use a larger dictionary or fewer squares"
+                f"{self.dictionary} holds {holds}",
+                advice="use a larger dictionary or fewer squares",
             )
 
     @property

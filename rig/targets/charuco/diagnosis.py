@@ -54,14 +54,16 @@ def check_measurable(board: CharucoBoard, side_px: float, blur_px: float) -> Non
     if side_px < _MIN_SIDE_PX:
         raise TargetError(
             f"ChArUco board of {board} squares found with squares of {side_px:.1f} px, at least "
-            f"{_MIN_SIDE_PX:.0f} px are needed; bring the board nearer or use larger squares",
+            f"{_MIN_SIDE_PX:.0f} px are needed",
+            advice="bring the board nearer or use larger squares",
             reason="too-small",
         )
     if blur_px > MAX_BLUR_RATIO * side_px:
         raise TargetError(
             f"ChArUco board of {board} squares found with edges blurred by {blur_px:.1f} px on "
             f"squares of {side_px:.1f} px, at most {MAX_BLUR_RATIO * side_px:.1f} px can be "
-            "measured; focus the lens, or hold the board still",
+            "measured",
+            advice="focus the lens, or hold the board still",
             reason="blurred",
         )
 
@@ -81,8 +83,8 @@ def why_not(
     asked = f"ChArUco board of {board} squares with {board.dictionary} asked for"
     if named:
         return TargetError(
-            f"{asked}, found {named} of its corners, 6 are needed; bring more of it into view, "
-            "nearer, and out of glare",
+            f"{asked}, found {named} of its corners, 6 are needed",
+            advice="bring more of it into view, nearer, and out of glare",
             reason="few-corners",
         )
     largest = sorted(seen, key=lambda lattice: -int(lattice.found.sum()))[:2]
@@ -104,7 +106,8 @@ def why_not(
     best = largest[0] if largest and int(largest[0].found.sum()) >= 9 else None
     if best is None:
         return TargetError(
-            f"{asked}, nothing like a checkerboard found; put the board in view and light it",
+            f"{asked}, nothing like a checkerboard found",
+            advice="put the board in view and light it",
             reason="not-found",
         )
     return _unread(picture, best, board, asked)
@@ -116,19 +119,21 @@ def _unread(picture: Picture, lattice: Lattice, board: CharucoBoard, asked: str)
     if bit_px < _MIN_BIT_PX:
         return TargetError(
             f"{asked}, {corners} but bits of its markers are {bit_px:.1f} px, at least "
-            f"{_MIN_BIT_PX} px are needed; bring the board nearer or use larger squares",
+            f"{_MIN_BIT_PX} px are needed",
+            advice="bring the board nearer or use larger squares",
             reason="too-small",
         )
     blur_px = _blur_px(picture, lattice)
     if blur_px > _MOST_BLUR_BITS * bit_px:
         return TargetError(
             f"{asked}, {corners} but edges blurred by {blur_px:.1f} px on bits of {bit_px:.1f} px: "
-            "its markers cannot be read; focus the lens, or hold the board still",
+            "its markers cannot be read",
+            advice="focus the lens, or hold the board still",
             reason="blurred",
         )
     return TargetError(
-        f"{asked}, {corners} but no marker of that board among them; check the dictionary, "
-        'or set kind = "checkerboard" if the board has no markers',
+        f"{asked}, {corners} but no marker of that board among them",
+        advice='check the dictionary, or set kind = "checkerboard" if the board has no markers',
         reason="not-found",
     )
 
@@ -170,8 +175,8 @@ def _other_pattern(cells: SampledCells, board: CharucoBoard, asked: str) -> Targ
         placing = place_on_board(read, changed.marker_numbers, changed.marker_bits)
         if placing is not None and placing.agreeing >= _FEWEST_MARKERS:
             return TargetError(
-                f"{asked}, found {placing.agreeing} of its markers on a board of the other "
-                f"pattern; set {settings}",
+                f"{asked}, found {placing.agreeing} of its markers on a board of the other pattern",
+                advice=f"set {settings}",
                 reason="wrong-pattern",
             )
     return None
@@ -204,22 +209,22 @@ def _named_otherwise(
 ) -> TargetError:
     if name != own:
         return TargetError(
-            f"{asked}, found {len(found)} markers of {name}; set dictionary to it or to a smaller "
-            "one of the same kind",
+            f"{asked}, found {len(found)} markers of {name}",
+            advice="set dictionary to it or to a smaller one of the same kind",
             reason="wrong-dictionary",
         )
     across = _across(found)
     if across in (None, board.squares_across) and max(found.values()) < board.marker_count:
         return TargetError(
-            f"{asked}, found {len(found)} of its markers but no corners that agree with them; "
-            "bring more of it into view, out of glare, and hold it still",
+            f"{asked}, found {len(found)} of its markers but no corners that agree with them",
+            advice="bring more of it into view, out of glare, and hold it still",
             reason="few-corners",
         )
     numbers = ", ".join(str(number) for number in sorted(found.values())[:6])
     where = " of other size" if across is None else f" {across} squares across"
     return TargetError(
-        f"{asked}, found its markers ({numbers}, ...) as on a board{where}; set "
-        "squares_across and squares_down to what the board has, or use the other board",
+        f"{asked}, found its markers ({numbers}, ...) as on a board{where}",
+        advice="set squares_across and squares_down to what the board has, or use the other board",
         reason="wrong-count",
     )
 

@@ -29,8 +29,8 @@ def png_of(drawing: Drawing, dots_per_in: float) -> bytes:
     height_px = round(drawing.height_mm * px_per_mm)
     if not (1 <= width_px <= _MOST_PX and 1 <= height_px <= _MOST_PX):
         raise ConfigError(
-            f"--dpi {dots_per_in:g} asked for: {width_px} x {height_px} px; at most {_MOST_PX} px "
-            "a side are drawn"
+            f"--dpi {dots_per_in:g} asked for: {width_px} x {height_px} px",
+            advice=f"at most {_MOST_PX} px a side are drawn",
         )
     sheet = np.ones((height_px, width_px), np.float32)
     for area in drawing.areas:

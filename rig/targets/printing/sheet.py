@@ -36,7 +36,8 @@ def page_mm(name: str) -> tuple[float, float]:
     match = re.fullmatch(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)", name.lower())
     if match is None:
         raise ConfigError(
-            f"page {name} asked for; there are {', '.join(PAGES_MM)}, or WIDTHxHEIGHT in mm"
+            f"page {name} asked for",
+            advice=f"there are {', '.join(PAGES_MM)}, or WIDTHxHEIGHT in mm",
         )
     return float(match[1]), float(match[2])
 
@@ -64,8 +65,8 @@ def draw_sheet(target: Target, page: tuple[float, float], border_mm: float) -> D
     if size is None:
         raise ConfigError(
             f"a board of {board_mm[0]:g} x {board_mm[1]:g} mm with its ruler needs a page of "
-            f"{needed_mm[0]:g} x {needed_mm[1]:g} mm, {page[0]:g} x {page[1]:g} mm asked for; "
-            "take a larger --page or smaller squares"
+            f"{needed_mm[0]:g} x {needed_mm[1]:g} mm, {page[0]:g} x {page[1]:g} mm asked for",
+            advice="take a larger --page or smaller squares",
         )
     x_mm = (size[0] - board_mm[0]) / 2
     y_mm = border_mm + ground_mm + (size[1] - needed_mm[1]) / 2

@@ -23,7 +23,9 @@ def write_sheet(path: Path, drawing: Drawing, dots_per_in: float) -> None:
         case ".png":
             data = png_of(drawing, dots_per_in)
         case other:
-            raise ConfigError(f"--out {path}: {other or 'no suffix'}; use .pdf, .svg or .png")
+            raise ConfigError(
+                f"--out {path}: {other or 'no suffix'}", advice="use .pdf, .svg or .png"
+            )
     beside = path.with_name(f".{path.name}.tmp")
     try:
         beside.write_bytes(data)

@@ -78,7 +78,9 @@ def plug(url: str, firmware: Firmware) -> Generator[None]:
     if not key.startswith("sim://"):
         raise ConfigError(f"{url}: a simulated port needs a URL such as sim://grbl")
     if key in _sockets:
-        raise ConfigError(f"{url}: a simulated firmware is already plugged in; use another name")
+        raise ConfigError(
+            f"{url}: a simulated firmware is already plugged in", advice="use another name"
+        )
     if HANDLER_PACKAGE not in serial.protocol_handler_packages:
         serial.protocol_handler_packages.append(HANDLER_PACKAGE)
     _sockets[key] = Socket(firmware)

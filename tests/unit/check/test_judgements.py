@@ -26,7 +26,7 @@ from tests.support.curve_points import exact_sweep, physical_px
 PROFILE = load_profile("sim")
 STILL = ViewStills(
     view="left",
-    board=TargetError("none; put it there", reason="not-found"),
+    board=TargetError("none", advice="put it there", reason="not-found"),
     motion_px=None,
     exposed=Exposed(255.0, 190.0, 20.0, 0.0, 0.0),
     noise=None,
@@ -46,7 +46,7 @@ def test_what_is_not_a_number_fails():
 
 
 def test_an_error_is_split_into_what_was_found_and_what_to_do():
-    item = failed("camera", DeviceLostError("camera a", "is gone; plug it in"))
+    item = failed("camera", DeviceLostError("camera a", "is gone", advice="plug it in"))
     assert (item.found, item.advice) == ("camera a: is gone", "plug it in")
     assert failed("camera", DeviceLostError("camera a", "is gone")).found == "camera a: is gone"
 
@@ -177,7 +177,7 @@ def test_a_slope_off_the_curve_is_told_in_mm():
     outside = judge_curve(curve, PROFILE, slope_px=physical_px(2000.0), **at)
     assert outside.status == "fail"
     assert "outside curve 7" in outside.found
-    none = judge_curve(StoreError("no curve; rig sweep"), PROFILE, slope_px=1.0, **at)
+    none = judge_curve(StoreError("no curve", advice="rig sweep"), PROFILE, slope_px=1.0, **at)
     assert none.status == "skip"
 
 
