@@ -117,7 +117,7 @@ class Curve:
     def depth_sigma_mm(self, slope_px: Floats, sigma_px: Floats) -> Floats:
         """Standard deviation of depth from that of the slope and that of the curve.
 
-        Both are variances of the slope at one depth, so they add, and |dZ/dm| carries the sum to
+        Both are variances of the slope at one depth, so they add, and `|dZ/dm|` carries the sum to
         depth (first-order propagation, JCGM 100:2008, 5.1.2). The scatter between stops is not
         added: it is the sweep's noise and reaches depth through the covariance.
 
