@@ -9,6 +9,7 @@ import typer
 from rig.cli.options import AsJson, DatabaseUrl
 from rig.cli.output import show, show_json
 from rig.cli.pairs import pairs
+from rig.cli.words import exportable_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,6 +37,8 @@ def export(
         int,
         typer.Argument(
             metavar="ID",
+            min=1,
+            autocompletion=exportable_numbers,
             help="Number of a calibration; of a sweep for csv and parquet. `rig history` lists "
             "both.",
         ),

@@ -1,7 +1,6 @@
 """`rig report`: one self-contained HTML file."""
 
-from rig.cli.fit import SweepNumber
-from rig.cli.options import AsJson, DatabaseUrl
+from rig.cli.options import AsJson, DatabaseUrl, SweepNumber
 from rig.cli.output import show, show_json
 
 

@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rig.cli.conclusion import show_result
-from rig.cli.options import AsJson, CalibrationChoice, DatabaseUrl, Overrides, ProfileName
+from rig.cli.options import (
+    MOST_SAMPLES,
+    MOST_STOPS,
+    AsJson,
+    CalibrationChoice,
+    DatabaseUrl,
+    Overrides,
+    ProfileName,
+    finite,
+)
 from rig.cli.output import show, show_json, table, tell
 
 if TYPE_CHECKING:
@@ -27,14 +36,22 @@ def sweep(
     ] = None,
     *,
     from_mm: Annotated[
-        float | None, typer.Option("--from-mm", help="First distance.", show_default=_PROFILE)
+        float | None,
+        typer.Option("--from-mm", help="First distance.", show_default=_PROFILE, callback=finite),
     ] = None,
     to_mm: Annotated[
-        float | None, typer.Option("--to-mm", help="Last distance.", show_default=_PROFILE)
+        float | None,
+        typer.Option("--to-mm", help="Last distance.", show_default=_PROFILE, callback=finite),
     ] = None,
     count: Annotated[
         int | None,
-        typer.Option("--count", help="Distances, both ends included.", show_default=_PROFILE),
+        typer.Option(
+            "--count",
+            min=2,
+            max=MOST_STOPS,
+            help="Distances, both ends included.",
+            show_default=_PROFILE,
+        ),
     ] = None,
     at_mm: Annotated[
         list[str] | None,
@@ -47,7 +64,13 @@ def sweep(
     ] = None,
     samples: Annotated[
         int | None,
-        typer.Option("--samples", min=1, help="Multi-views per stop.", show_default=_PROFILE),
+        typer.Option(
+            "--samples",
+            min=1,
+            max=MOST_SAMPLES,
+            help="Multi-views per stop.",
+            show_default=_PROFILE,
+        ),
     ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with an interrupted sweep of this rig.")
@@ -103,15 +126,18 @@ def sweep(
 
 def _numbers(texts: list[str]) -> list[float]:
     try:
-        return [float(part) for text in texts for part in text.split(",") if part]
+        numbers = [float(part) for text in texts for part in text.split(",") if part]
     except ValueError as error:
         raise typer.BadParameter(f"{' '.join(texts)}: distances are numbers in mm") from error
+    for number in numbers:
+        finite(number)
+    return numbers
 
 
 def _sweep_number(more: list[str]) -> int | None:
     if not more:
         return None
-    if len(more) > 1 or not more[0].isdigit():
+    if len(more) > 1 or not more[0].isdecimal():
         raise typer.BadParameter(f"{' '.join(more)}: after --resume comes one sweep number")
     return int(more[0])
 
