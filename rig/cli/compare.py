@@ -81,7 +81,7 @@ def compare(
         folder=out or new_folder(database, "comparisons", profile.name),
     )
     with (
-        open_store(database) as store,
+        open_store(database, absent="empty") as store,
         open_camera(profile) as (camera, _),
         Progress(None) as progress,
     ):

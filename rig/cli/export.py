@@ -201,7 +201,7 @@ def _export_samples(
     else:
         from rig.export.parquet import write_parquet as write_table
     path = out or Path(f"sweep_{sweep_id}.{target.value}")
-    with open_store(database) as store:
+    with open_store(database, absent="refused") as store:
         rows = sample_rows(store, sweep_id)
     write_table(path, rows)
     return {"sweep": sweep_id, "format": target.value, "out": str(path), "rows": len(rows)}
@@ -213,7 +213,7 @@ def _calibration(number: int, database: str | None) -> "tuple[RigGeometry, float
     from rig.geometry.rig_geometry_json import geometry_from_json
     from rig.profile.load import parse_profile
 
-    with open_store(database) as store:
+    with open_store(database, absent="refused") as store:
         stored = store.calibration(number)
     profile = parse_profile(
         dict(stored.profile), source=f"profile stored with calibration {number}"

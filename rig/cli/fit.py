@@ -17,7 +17,7 @@ def fit(
     from rig.report import write_report
     from rig.sweep.run import measure_again
 
-    with open_store(database) as store:
+    with open_store(database, absent="refused") as store:
         total = len(store.samples(sweep_id))
         with Progress(total) as progress:
             result = measure_again(store, sweep_id, progress.report, calibration)

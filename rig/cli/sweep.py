@@ -105,6 +105,7 @@ def sweep(
         raise typer.BadParameter("--at-mm stands alone, without --from-mm, --to-mm, --count")
     if resume and calibration is not None:
         raise typer.BadParameter("a resumed sweep keeps its calibration; rig fit changes it")
+    resumed = _sweep_number(more) if resume else None
     profile = load_profile(profile_name, overrides or ())
     distances_mm = tuple(_numbers([*(at_mm or []), *more])) if at_mm else ()
     request = SweepRequest(from_mm, to_mm, count, distances_mm, samples)
@@ -112,9 +113,9 @@ def sweep(
         stops, planned_samples = plan_of(profile, request)
         _show_plan(stops, planned_samples, planned_times(profile, stops, planned_samples), as_json)
         return
-    with open_store(database) as store:
+    with open_store(database, absent="refused" if resume else "made") as store:
         job = (
-            resumed_sweep(store, profile, _sweep_number(more))
+            resumed_sweep(store, profile, resumed)
             if resume
             else new_sweep(store, profile, request, calibration)
         )
