@@ -1,7 +1,8 @@
 """Everything rig refuses, as a small tree.
 
 RigError
-├── ConfigError (ValueError)          a profile, plan or option that cannot be used
+├── ConfigError (ValueError)          a profile or plan that cannot be used
+│   └── OptionError                   an option of the command line that cannot be used
 ├── DeviceError                       carries the name of the device
 │   ├── DeviceNotFoundError           it is not there, or may not be opened
 │   ├── DeviceLostError               it was there and is gone, or talks nonsense
@@ -43,6 +44,10 @@ class RigError(Exception):
 
 class ConfigError(RigError, ValueError):
     """A profile, plan or option cannot be used as it is written."""
+
+
+class OptionError(ConfigError):
+    """What stands in an option of the command line cannot be used; exit code 2."""
 
 
 class DeviceError(RigError):

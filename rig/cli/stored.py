@@ -26,7 +26,7 @@ def find_rectifier(
     from rig.database import open_store
     from rig.optics.rectifier import rectifier_of
 
-    with open_store(database) as store:
+    with open_store(database, absent="empty") as store:
         return rectifier_of(profile, chosen_calibration(store, profile.name, calibration))
 
 
@@ -43,7 +43,7 @@ def drift_against(
     from rig.check.geometry_drift import geometry_drift
     from rig.database import open_store
 
-    with open_store(database) as store:
+    with open_store(database, absent="empty") as store:
         stored = chosen_calibration(store, profile.name, calibration)
     if stored is None or profile.target is None:
         return None
@@ -65,7 +65,7 @@ def find_curve(
     from rig.database import open_store
     from rig.sweep.conclude import stored_profile
 
-    with open_store(database) as store:
+    with open_store(database, absent="refused") as store:
         name = rectifier.profile.name
         stored = store.active_curve(name) if curve_id is None else store.curve(curve_id)
         calibrated = stored_profile(store.sweep(stored.sweep_id))
@@ -85,6 +85,6 @@ def new_folder(database: str | None, kind: str, rig: str) -> Path:
     """Name a folder beside the database for a run that nobody named, by rig and UTC time."""
     from rig.database import open_store
 
-    with open_store(database) as store:
+    with open_store(database, absent="empty") as store:
         beside = store.frames.parent
     return beside / kind / f"{rig}_{datetime.now(UTC).strftime('%Y%m%d-%H%M%S')}"
