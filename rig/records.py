@@ -55,6 +55,10 @@ class StoredFrame:
     exposure_s: float | None
     sha256: str
     """Of the PNG file."""
+    bits: int | None = None
+    """Bits of a grey value; None: all that a pixel of the file has."""
+    uncertainty_s: float = 0.0
+    """How much earlier than `timestamp_s` the middle of the exposure may have been."""
 
 
 @dataclass(frozen=True, slots=True)

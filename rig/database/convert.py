@@ -68,6 +68,8 @@ def frame_row(place: int, frame: StoredFrame) -> FrameRow:
         timestamp_s=float(frame.timestamp_s),
         sequence=int(frame.sequence),
         exposure_s=_maybe(frame.exposure_s),
+        bits=frame.bits,
+        uncertainty_s=float(frame.uncertainty_s),
         sha256=frame.sha256,
     )
 
@@ -83,7 +85,15 @@ def sample_value(row: SampleRow, frames: Path) -> Sample:
         temperature_degc=row.temperature_degc,
         folder=frames / row.folder,
         frames=tuple(
-            StoredFrame(f.view, f.timestamp_s, f.sequence, f.exposure_s, f.sha256)
+            StoredFrame(
+                view=f.view,
+                timestamp_s=f.timestamp_s,
+                sequence=f.sequence,
+                exposure_s=f.exposure_s,
+                sha256=f.sha256,
+                bits=f.bits,
+                uncertainty_s=f.uncertainty_s,
+            )
             for f in row.frames
         ),
     )
