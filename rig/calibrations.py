@@ -24,7 +24,8 @@ def chosen_calibration(store: Store, rig: str, choice: str | None) -> StoredCali
         return None
     if not choice.isdigit():
         raise ConfigError(
-            f"--calibration {choice}: give the number of a calibration, or {NO_CALIBRATION}"
+            f"--calibration {choice}: is no number",
+            advice=f"give the number of a calibration, or {NO_CALIBRATION}",
         )
     return store.calibration(int(choice))
 

@@ -5,6 +5,7 @@ RigError
 │   └── OptionError                   an option of the command line that cannot be used
 ├── DeviceError                       carries the name of the device
 │   ├── DeviceNotFoundError           it is not there, or may not be opened
+│   │   └── DevicesNotFoundError      several are not; carries the error of each
 │   ├── DeviceLostError               it was there and is gone, or talks nonsense
 │   ├── CaptureTimeoutError (TimeoutError)   not all views arrived in time
 │   ├── ViewSkewError                 views of one grab are too far apart in time
@@ -24,7 +25,7 @@ Each carries what was asked and found (with units) and what to do next, as two f
 is both, joined by a semicolon. Programs read the fields and never cut the text.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 
 class RigError(Exception):
@@ -42,6 +43,11 @@ class RigError(Exception):
         self.advice = advice
 
 
+def every_advice(errors: Iterable[RigError]) -> str:
+    """Return what to do about several errors, the same advice once."""
+    return "; ".join(dict.fromkeys(error.advice for error in errors if error.advice))
+
+
 class ConfigError(RigError, ValueError):
     """A profile, plan or option cannot be used as it is written."""
 
@@ -51,15 +57,44 @@ class OptionError(ConfigError):
 
 
 class DeviceError(RigError):
-    """Something went wrong with one device."""
+    """Something went wrong with one device.
 
-    def __init__(self, device: str, found: str, *, advice: str = "") -> None:
-        super().__init__(f"{device}: {found}", advice=advice)
+    Args:
+        device: its name.
+        symptom: what was asked and found; `found` is this behind the name.
+        advice: see `RigError`.
+    """
+
+    def __init__(self, device: str, symptom: str, *, advice: str = "") -> None:
+        super().__init__(f"{device}: {symptom}", advice=advice)
         self.device = device
+        self.symptom = symptom
 
 
 class DeviceNotFoundError(DeviceError):
     """The device is not there, is used by another program, or may not be opened."""
+
+
+class DevicesNotFoundError(DeviceNotFoundError):
+    """Several devices did not open; what is the same for all of them is said once.
+
+    Args:
+        device: names all of them together.
+        errors: of those that did not open.
+        asked: how many were to open.
+    """
+
+    def __init__(self, device: str, errors: Sequence[DeviceError], *, asked: int) -> None:
+        by_symptom: dict[str, list[str]] = {}
+        for error in errors:
+            by_symptom.setdefault(error.symptom, []).append(error.device)
+        told = "; ".join(f"{', '.join(names)}: {text}" for text, names in by_symptom.items())
+        super().__init__(
+            device,
+            f"{len(errors)} of {asked} did not open: {told}",
+            advice=every_advice(errors),
+        )
+        self.errors = tuple(errors)
 
 
 class DeviceLostError(DeviceError):
@@ -142,16 +177,16 @@ class StageLimitError(DeviceError, ValueError):
 class StageAlarmError(DeviceError):
     """The controller stopped or refused; the position must not be trusted until homed again."""
 
-    def __init__(self, device: str, found: str, *, advice: str = "", code: str) -> None:
-        super().__init__(device, found, advice=advice)
+    def __init__(self, device: str, symptom: str, *, advice: str = "", code: str) -> None:
+        super().__init__(device, symptom, advice=advice)
         self.code = code
 
 
 class StageTimeoutError(DeviceError, TimeoutError):
     """The controller did not answer, or the move did not end, in time."""
 
-    def __init__(self, device: str, found: str, *, advice: str = "", timeout_s: float) -> None:
-        super().__init__(device, found, advice=advice)
+    def __init__(self, device: str, symptom: str, *, advice: str = "", timeout_s: float) -> None:
+        super().__init__(device, symptom, advice=advice)
         self.timeout_s = timeout_s
 
 
@@ -193,7 +228,17 @@ class CurveError(RigError):
 
 
 class FormatError(RigError):
-    """A file is not of the format it should be, or that format cannot hold what it is given."""
+    """A file is not of the format it should be, or that format cannot hold what it is given.
+
+    Args:
+        found: see `RigError`; names the file and the place in it.
+        advice: what to do where more is known than that this file cannot be read.
+    """
+
+    def __init__(
+        self, found: str, *, advice: str = "give another file, or correct this one"
+    ) -> None:
+        super().__init__(found, advice=advice)
 
 
 class StoreError(RigError):

@@ -89,7 +89,9 @@ class RecordingWriter:
                 f"{path}: exists already", advice="name another file or remove it"
             ) from error
         except OSError as error:
-            raise StoreError(f"{path}: cannot be written: {error.strerror}") from error
+            raise StoreError(
+                f"{path}: cannot be written: {error.strerror}", advice="choose another place"
+            ) from error
         self._writer = Writer(self._file, chunk_size=1)  # a chunk per message: nothing is held back
         self._writer.start(profile=_PROFILE, library="rig")
         image = self._writer.register_schema(
@@ -170,7 +172,9 @@ def recorded(path: Path) -> Iterator[MultiView]:
         with path.open("rb") as file:
             yield from _read(file, path)
     except OSError as error:
-        raise StoreError(f"{path}: cannot be read: {error.strerror}") from error
+        raise StoreError(
+            f"{path}: cannot be read: {error.strerror}", advice="check the path"
+        ) from error
 
 
 def _read(file: IO[bytes], path: Path) -> Iterator[MultiView]:
@@ -189,7 +193,9 @@ def _read(file: IO[bytes], path: Path) -> Iterator[MultiView]:
     except (GeneratorExit, OSError, StoreError):
         raise
     except McapError as error:
-        raise StoreError(f"{path}: is no MCAP file, or damaged: {error}") from error
+        raise StoreError(
+            f"{path}: is no MCAP file, or damaged: {error}", advice="record it again"
+        ) from error
     except Exception as error:  # the library lets struct.error, zstd's errors and more through
         raise StoreError(f"{path}: is damaged: {error!r}", advice="record it again") from error
 

@@ -3,6 +3,8 @@
 import errno
 from collections.abc import Mapping
 
+from rig.errors import DeviceNotFoundError
+
 _REASONS: Mapping[int, str] = {
     errno.ENOENT: "absent",
     errno.ENODEV: "absent",
@@ -14,25 +16,30 @@ _REASONS: Mapping[int, str] = {
 }
 
 
-def why_not_opened(error: Exception, *, device: str, absent: str, group: str) -> str:
-    """Return why a device did not open, with what to do.
+def not_opened(
+    error: Exception, name: str, *, what: str, absent: tuple[str, str], group: str
+) -> DeviceNotFoundError:
+    """Return the error of a device that did not open.
 
     Args:
         error: what the system or a library over it raised.
-        device: its name in the sentence.
-        absent: what to say where there is no such device.
+        name: of the device, for errors.
+        what: stands for it in the sentence.
+        absent: what was found where there is no such device, and what to do then.
         group: whose members may open devices of the kind.
     """
     reason = _REASONS.get(error.errno or 0) if isinstance(error, OSError) else None
     match reason:
         case "absent":
-            return absent
+            found, advice = absent
         case "forbidden":
-            return (
-                f"{device} may not be opened; add the user to the group {group} "
-                f"(sudo usermod -aG {group} $USER) and log in again"
+            found = f"{what} may not be opened"
+            advice = (
+                f"add the user to the group {group} (sudo usermod -aG {group} $USER) "
+                "and log in again"
             )
         case "busy":
-            return f"{device} is used by another program; close that program"
+            found, advice = f"{what} is used by another program", "close that program"
         case _:
-            return f"{device} cannot be opened ({error}); check its name"
+            found, advice = f"{what} cannot be opened ({error})", "check its name"
+    return DeviceNotFoundError(name, found, advice=advice)

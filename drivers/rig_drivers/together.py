@@ -6,7 +6,7 @@ from threading import Barrier
 from typing import Protocol, runtime_checkable
 
 from rig.devices import Device
-from rig.errors import DeviceError, DeviceNotFoundError
+from rig.errors import DeviceError, DevicesNotFoundError
 
 
 @runtime_checkable
@@ -44,7 +44,7 @@ def open_together(devices: Sequence[Device], *, name: str) -> None:
 
     Raises:
         RigError: what the one device that did not open raised; all others were closed again.
-        DeviceNotFoundError: several did not open; the message tells of each.
+        DevicesNotFoundError: several did not open.
     """
     opening: list[Future[Device]] = []
     try:
@@ -57,13 +57,10 @@ def open_together(devices: Sequence[Device], *, name: str) -> None:
     if not errors:
         return
     _close_opened(devices, opening)
-    if len(errors) == 1 or not all(isinstance(error, DeviceError) for error in errors):
+    by_device = [error for error in errors if isinstance(error, DeviceError)]
+    if len(errors) == 1 or len(by_device) < len(errors):
         raise errors[0]
-    raise DeviceNotFoundError(
-        name,
-        f"{len(errors)} of {len(devices)} did not open: "
-        + "; ".join(str(error) for error in errors),
-    )
+    raise DevicesNotFoundError(name, by_device, asked=len(devices))
 
 
 def _close_opened(devices: Sequence[Device], opening: Sequence[Future[Device]]) -> None:

@@ -43,7 +43,10 @@ def stored_pictures(profile: Profile, given: Sequence[str], root: Path) -> Profi
 def _pair(text: str) -> tuple[str, str]:
     name, equals, pattern = text.partition("=")
     if not (equals and name and pattern):
-        raise ConfigError(f"--frames {text}: write VIEW=PATTERN, or one folder alone")
+        raise ConfigError(
+            f"--frames {text}: no view and pattern",
+            advice="write VIEW=PATTERN, or one folder alone",
+        )
     return name, pattern
 
 
@@ -55,7 +58,7 @@ def _below(folder: Path, pattern: str) -> str:
 
 def _pattern(folder: Path, name: str) -> str:
     if not folder.is_dir():
-        raise ConfigError(f"--frames {folder}: no such folder")
+        raise ConfigError(f"--frames {folder}: no such folder", advice="correct the path")
     for pattern in (
         *(f"{name}.{suffix}" for suffix in _VIDEOS),
         *(f"{name}/*.{suffix}" for suffix in _IMAGES),
@@ -65,7 +68,7 @@ def _pattern(folder: Path, name: str) -> str:
         if next(folder.glob(pattern), None) is not None:
             return pattern
     raise ConfigError(
-        f"--frames {folder}: nothing for view {name}; expected {name}.mp4, images in {name}/, or "
-        f"images {name}*.png",
-        advice=f"or name them with --frames {name}=PATTERN",
+        f"--frames {folder}: nothing for view {name}",
+        advice=f"expected {name}.mp4, images in {name}/, or images {name}*.png; or "
+        f"name them with --frames {name}=PATTERN",
     )

@@ -49,7 +49,8 @@ def solve(
     if not sightings:
         raise CalibrationError(
             f"calibration of {profile.name} asked for, the target is in none of {len(sighted)} "
-            "pictures"
+            "pictures",
+            advice="show the target to the cameras",
         )
     sizes_px = sighted[0].sizes_px
     points_mm = target.points_mm.reshape(-1, 3)

@@ -29,8 +29,7 @@ def judge_curve(
         sigma_px: its 1 sigma.
     """
     if isinstance(curve, RigError):
-        found, _, advice = str(curve).rpartition("; ")
-        return Item("curve", "skip", f"nothing to compare with: {found or advice}", advice)
+        return Item("curve", "skip", f"nothing to compare with: {curve.found}", curve.advice)
     number, law = curve
     depth_mm = float(law.depth_mm(np.array([slope_px]))[0])
     sigma_mm = float(law.depth_sigma_mm(np.array([slope_px]), np.array([sigma_px]))[0])

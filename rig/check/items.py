@@ -37,8 +37,7 @@ class Item:
 
 def failed(name: str, error: RigError) -> Item:
     """Return the item of a question that an error answers: what was found, and its advice."""
-    found, _, advice = str(error).rpartition("; ")
-    return Item(name, "fail", found or advice, advice if found else "")
+    return Item(name, "fail", error.found, error.advice)
 
 
 def worst(statuses: Sequence[Status]) -> Status:

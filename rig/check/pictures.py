@@ -8,7 +8,7 @@ from functools import partial
 from rig.check.items import Item, Status, graded, worst
 from rig.check.photon_transfer import PhotonTransfer
 from rig.check.stills import Sighting, ViewStills
-from rig.errors import TargetError
+from rig.errors import TargetError, every_advice
 from rig.profile import NoiseConfig
 from rig.targets.corners import Corners
 
@@ -37,15 +37,15 @@ def judge_board(sightings: Sequence[tuple[str, Sighting]], where: str) -> Item:
     missing = [(view, s) for view, s in sightings if not isinstance(s, Corners)]
     if not missing:
         return Item("board", "pass", f"found in all {len(sightings)} views {where}")
-    told: dict[str, list[str]] = {}
+    by_reason: dict[str, list[str]] = {}
     for view, reason in missing:
-        told.setdefault(str(reason).rpartition("; ")[0], []).append(view)
+        by_reason.setdefault(reason.found, []).append(view)
     return Item(
         "board",
         "fail",
         f"not found in {len(missing)} of {len(sightings)} views {where}: "
-        + "; ".join(f"{', '.join(views)}: {text}" for text, views in told.items()),
-        "; ".join(dict.fromkeys(str(reason).rpartition("; ")[2] for _, reason in missing)),
+        + "; ".join(f"{', '.join(views)}: {text}" for text, views in by_reason.items()),
+        every_advice(reason for _, reason in missing),
         {"reason": {view: reason.reason for view, reason in missing}},
     )
 

@@ -154,8 +154,8 @@ def _candidate(
         try:
             law = fit(stops.keep(stops.group != number)).law
         except CurveError as error:
-            msg = f"with {away[0].distance_mm:.1f} mm left out: {error}"
-            raise CurveError(msg) from error
+            found = f"with {away[0].distance_mm:.1f} mm left out: {error.found}"
+            raise CurveError(found, advice=error.advice) from error
         left_out += residuals_of(away, law)
     inside = [p for p in every if _is_inside(p, curve)]
     return Candidate(curve, residuals_of(inside, curve.law), tuple(left_out))

@@ -90,7 +90,10 @@ class FrameWriter:
     def _write_one(self, frame: Frame) -> StoredFrame:
         done, encoded = cv2.imencode(".png", frame.image, _PNG)
         if not done:
-            raise StoreError(f"{self._folder}: view {frame.view} could not be turned into a PNG")
+            raise StoreError(
+                f"{self._folder}: view {frame.view} could not be turned into a PNG",
+                advice="report it with the type and shape of the frame",
+            )
         content = encoded.tobytes()
         with (self._beside / f"{frame.view}.png").open("wb") as file:
             file.write(content)

@@ -27,7 +27,7 @@ def sweep_row(session: Session, sweep_id: int) -> SweepRow:
     row = session.get(SweepRow, sweep_id)
     if row is None:
         ids = session.scalars(select(SweepRow.id).order_by(SweepRow.id)).all()
-        raise StoreError(_not_there("sweep", sweep_id, ids))
+        raise _not_there("sweep", sweep_id, ids)
     return row
 
 
@@ -121,7 +121,7 @@ def curve_row(session: Session, curve_id: int) -> CurveRow:
     row = session.get(CurveRow, curve_id)
     if row is None:
         ids = session.scalars(select(CurveRow.id).order_by(CurveRow.id)).all()
-        raise StoreError(_not_there("curve", curve_id, ids))
+        raise _not_there("curve", curve_id, ids)
     return row
 
 
@@ -230,8 +230,10 @@ def _sample_id(session: Session, sweep_id: int, key: SampleKey) -> int | None:
     ).first()
 
 
-def _not_there(kind: str, wanted: int, ids: Sequence[int]) -> str:
+def _not_there(kind: str, wanted: int, ids: Sequence[int]) -> StoreError:
     if not ids:
-        return f"asked for {kind} {wanted}, there is none yet; rig sweep makes one"
+        return StoreError(
+            f"asked for {kind} {wanted}, there is none yet", advice="rig sweep makes one"
+        )
     newest = ", ".join(str(id_) for id_ in ids[-10:])
-    return f"asked for {kind} {wanted}, found {newest}; rig history lists them"
+    return StoreError(f"asked for {kind} {wanted}, found {newest}", advice="rig history lists them")

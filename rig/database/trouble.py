@@ -9,8 +9,8 @@ from sqlalchemy.exc import SQLAlchemyError, StatementError
 
 from rig.errors import StoreError
 
-_FULL = "the disk is full (or a size limit is reached); free space, then try again"
-_READ_ONLY = "it may only be read; check permissions, or choose another place with --db"
+_FULL = ("the disk is full (or a size limit is reached)", "free space, then try again")
+_READ_ONLY = ("it may only be read", "check permissions, or choose another place with --db")
 
 _OF_SYSTEM = {
     errno.ENOSPC: _FULL,
@@ -25,12 +25,18 @@ _OF_SYSTEM = {
 _OF_SQLITE = {
     "SQLITE_FULL": _FULL,
     "SQLITE_READONLY": _READ_ONLY,
-    "SQLITE_CANTOPEN": "it cannot be opened; check that its directory exists and may be written",
-    "SQLITE_BUSY": "another program holds it locked; let that one finish and try again",
-    "SQLITE_LOCKED": "another program holds it locked; let that one finish and try again",
-    "SQLITE_NOTADB": "the file is no SQLite database; choose another with --db",
-    "SQLITE_CORRUPT": "the file is damaged; bring back a copy, or rescue it with sqlite3 .recover",
-    "SQLITE_IOERR": "reading or writing failed; look whether the disk is full, gone or failing",
+    "SQLITE_CANTOPEN": (
+        "it cannot be opened",
+        "check that its directory exists and may be written",
+    ),
+    "SQLITE_BUSY": ("another program holds it locked", "let that one finish and try again"),
+    "SQLITE_LOCKED": ("another program holds it locked", "let that one finish and try again"),
+    "SQLITE_NOTADB": ("the file is no SQLite database", "choose another with --db"),
+    "SQLITE_CORRUPT": (
+        "the file is damaged",
+        "bring back a copy, or rescue it with sqlite3 .recover",
+    ),
+    "SQLITE_IOERR": ("reading or writing failed", "look whether the disk is full, gone or failing"),
 }
 
 
@@ -48,13 +54,16 @@ def explained(doing: str, place: object) -> Generator[None]:
     try:
         yield
     except OSError as error:
-        found = _OF_SYSTEM.get(error.errno or 0, f"{error.strerror or error}; check this path")
-        raise StoreError(f"{place}: cannot {doing}: {found}") from error
+        unknown = (error.strerror or str(error), "check this path")
+        found, advice = _OF_SYSTEM.get(error.errno or 0, unknown)
+        raise StoreError(f"{place}: cannot {doing}: {found}", advice=advice) from error
     except SQLAlchemyError as error:
-        raise StoreError(f"{place}: cannot {doing}: {_found_by_database(error)}") from error
+        found, advice = _found_by_database(error)
+        raise StoreError(f"{place}: cannot {doing}: {found}", advice=advice) from error
 
 
-def _found_by_database(error: SQLAlchemyError) -> str:
+def _found_by_database(error: SQLAlchemyError) -> tuple[str, str]:
+    """Return what the database found, and what to do."""
     cause = error.orig if isinstance(error, StatementError) else error
     if isinstance(cause, sqlite3.Error):
         # Errors of the module itself, not of the library below it, carry no name.
@@ -63,4 +72,4 @@ def _found_by_database(error: SQLAlchemyError) -> str:
             if name.startswith(beginning):
                 return found
     first_line = str(cause).partition("\n")[0]
-    return f"the database answers: {first_line}"
+    return f"the database answers: {first_line}", "check it, or choose another with --db"

@@ -51,7 +51,8 @@ def read_pfm(path: Path) -> NDArray[np.float32]:
     header = _HEADER.match(content)
     if header is None:
         raise StoreError(
-            f"{path}: found {content[:24]!r}, expected a PFM header (Pf, width, height, scale)"
+            f"{path}: found {content[:24]!r}, expected a PFM header (Pf, width, height, scale)",
+            advice="give a PFM file",
         )
     kind, width, height, scale = header.groups()
     rows, columns = int(height), int(width)

@@ -51,5 +51,8 @@ def write_label_png(path: Path, label: NDArray[np.uint8]) -> None:
 def _write_png(path: Path, pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
     done, encoded = cv2.imencode(".png", pixels)
     if not done:
-        raise StoreError(f"{path}: an array {pixels.shape} of {pixels.dtype} makes no PNG")
+        raise StoreError(
+            f"{path}: an array {pixels.shape} of {pixels.dtype} makes no PNG",
+            advice="give (H, W) or (H, W, 3) of 8 or 16 bit",
+        )
     write_bytes(path, encoded.tobytes())

@@ -89,9 +89,15 @@ class RectifiedViews:
                 advice="give two views or more and one position for each",
             )
         if not 0 <= self.reference < count:
-            raise SlopeError(f"reference view {self.reference} asked for, views are 0..{count - 1}")
+            raise SlopeError(
+                f"reference view {self.reference} asked for, views are 0..{count - 1}",
+                advice="name one of them",
+            )
         if not (np.isfinite(x).all() and np.isfinite(y).all()):
-            raise SlopeError("view positions must be finite numbers of view steps")
+            raise SlopeError(
+                "view positions that are not finite given",
+                advice="give finite numbers of view steps",
+            )
         if abs(x[self.reference]) > 1e-9 or abs(y[self.reference]) > 1e-9:
             raise SlopeError(
                 f"the reference view lies at ({x[self.reference]}, {y[self.reference]}) view steps",

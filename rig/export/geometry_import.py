@@ -26,7 +26,9 @@ def match_views(
     unknown = sorted(set(renamed) - set(geometry.names))
     if unknown:
         raise FormatError(
-            f"--view names {', '.join(unknown)}, the file's cameras are {', '.join(geometry.names)}"
+            f"--view names {', '.join(unknown)}, "
+            f"the file's cameras are {', '.join(geometry.names)}",
+            advice="name these",
         )
     called = tuple(renamed.get(name, name) for name in geometry.names)
     if sorted(called) != sorted(names):

@@ -197,7 +197,11 @@ class _Picture:
             self.points_mm[first.ids], ideal, np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE
         )
         if not found:
-            raise TargetError("no pose of the board fits its first view", reason="not-found")
+            raise TargetError(
+                "no pose of the board fits its first view",
+                advice="hold the board still and nearer",
+                reason="not-found",
+            )
         cam_from_board = Pose.from_vectors(
             np.asarray(turn, np.float64), np.asarray(shift, np.float64)
         )

@@ -63,12 +63,14 @@ class RigGeometry:
             )
         if not 0 <= self.reference < count:
             raise ConfigError(
-                f"reference view {self.reference} asked for, views are 0..{count - 1}"
+                f"reference view {self.reference} asked for, views are 0..{count - 1}",
+                advice="name one of them",
             )
         size = self.parameter_count
         if self.covariance is not None and self.covariance.shape != (size, size):
             raise ConfigError(
-                f"covariance {self.covariance.shape} given for {size} parameters of the geometry"
+                f"covariance {self.covariance.shape} given for {size} parameters of the geometry",
+                advice="give one row and column for each",
             )
 
     @property

@@ -210,7 +210,10 @@ class _Bench:
 
     def _looked_at(self) -> "World":
         if self._world is None:
-            raise ConfigError(f"profile {self._profile.name}: has no [world] to look at")
+            raise ConfigError(
+                f"profile {self._profile.name}: has no [world] to look at",
+                advice="add it to the file",
+            )
         return self._world
 
     def stage(self, config: StageConfig) -> Stage:

@@ -206,7 +206,10 @@ class Rectifier:
     @cached_property
     def _resampler(self) -> Resampler:
         if self.rectification is None:
-            raise ConfigError("pictures without a calibration are not resampled")
+            raise ConfigError(
+                "pictures without a calibration are not resampled",
+                advice="give a calibration with --calibration",
+            )
         cameras = self.rectification.geometry.cameras
         return Resampler(
             [self.rectification.raw_map_px(view) for view in range(len(cameras))],
@@ -216,7 +219,10 @@ class Rectifier:
     @cached_property
     def _per_depth_ratio(self) -> NDArray[np.float32]:
         if self.rectification is None:
-            raise ConfigError("without a calibration there is no ratio of depths")
+            raise ConfigError(
+                "without a calibration there is no ratio of depths",
+                advice="give a calibration with --calibration",
+            )
         rows, columns = np.indices(self.rectification.shape, dtype=np.float64)
         return (1.0 / self.rectification.depth_ratio(np.stack([columns, rows]))).astype(np.float32)
 

@@ -34,7 +34,7 @@ def find_profile(name_or_path: str) -> Path:
         return known[name_or_path]
     near = difflib.get_close_matches(name_or_path, known, n=1, cutoff=0.5)
     hint = f"did you mean {near[0]}?" if near else f"there are: {', '.join(sorted(known))}"
-    raise ConfigError(f"profile {name_or_path}: not found in calib_profiles", advice=f"{hint}")
+    raise ConfigError(f"profile {name_or_path}: not found in calib_profiles", advice=hint)
 
 
 def load_profile(name_or_path: str, overrides: Sequence[str] = ()) -> Profile:
@@ -52,9 +52,11 @@ def load_profile(name_or_path: str, overrides: Sequence[str] = ()) -> Profile:
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: cannot be read: {error}") from error
+        raise ConfigError(
+            f"{path}: cannot be read: {error}", advice="check the path and its permissions"
+        ) from error
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{path}: not valid TOML: {error}") from error
+        raise ConfigError(f"{path}: not valid TOML: {error}", advice="correct this line") from error
     camera = data.get("camera")
     for key in ("folder", "file"):
         if isinstance(camera, dict) and isinstance(camera.get(key), str):
@@ -85,14 +87,19 @@ def _apply_override(data: dict[str, Any], override: str) -> None:
     key, equals, text = override.partition("=")
     parts = key.strip().split(".")
     if not equals or not all(parts):
-        raise ConfigError(f"--set {override}: write it as key.path=value")
+        raise ConfigError(
+            f"--set {override}: names no key and value", advice="write it as key.path=value"
+        )
     node: Any = data
     for depth, part in enumerate(parts):
         index: Any = part
         if isinstance(node, list):
             index = _list_index(cast("list[Any]", node), part, ".".join(parts[:depth]), override)
         elif not isinstance(node, dict):
-            raise ConfigError(f"--set {override}: {'.'.join(parts[:depth])} has no keys below it")
+            raise ConfigError(
+                f"--set {override}: {'.'.join(parts[:depth])} has no keys below it",
+                advice="shorten the path",
+            )
         elif depth < len(parts) - 1:
             node.setdefault(part, {})
         if depth == len(parts) - 1:

@@ -25,7 +25,9 @@ def copied_text(source: str, name: str) -> str:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: cannot be read: {error}") from error
+        raise ConfigError(
+            f"{path}: cannot be read: {error}", advice="check the path and its permissions"
+        ) from error
     first_table = text.find("\n[")
     head, rest = (text, "") if first_table < 0 else (text[:first_table], text[first_table:])
     line = f"name = {json.dumps(name)}"
@@ -50,7 +52,9 @@ def write_new(path: Path, text: str) -> None:
     try:
         parse_profile(tomllib.loads(text), source=str(path))
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"{path}: would not be valid TOML: {error}") from error
+        raise ConfigError(
+            f"{path}: would not be valid TOML: {error}", advice="choose plain names"
+        ) from error
     if path.exists():
         raise ConfigError(
             f"{path}: is there already and is left alone",
@@ -61,4 +65,6 @@ def write_new(path: Path, text: str) -> None:
         with path.open("x", encoding="utf-8") as file:  # whatever came there meanwhile is kept too
             file.write(text)
     except OSError as error:
-        raise ConfigError(f"{path}: cannot be written: {error.strerror}") from error
+        raise ConfigError(
+            f"{path}: cannot be written: {error.strerror}", advice="choose another place with --out"
+        ) from error

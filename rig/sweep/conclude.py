@@ -160,7 +160,8 @@ def _fit(store: Store, sweep_id: int) -> _Evidence:
         problems = [stop.problem for stop in stops if stop.problem is not None]
         because = f"; {problems[0]}" if problems else ""
         raise CurveError(
-            f"sweep {sweep_id} is stored, but has no curve: {error}{because}"
+            f"sweep {sweep_id} is stored, but has no curve: {error.found}{because}",
+            advice=error.advice,
         ) from error
     # The slope law of a pinhole is f p / Z: its numerator tells the focal length.
     a_px_mm = fit.best.params.get("a_px_mm")

@@ -267,7 +267,9 @@ def _compare(
     tell: Callable[[str], None],
 ) -> None:
     if old.point is None:
-        raise RigError(f"stop {old.stop.index} has no slope to compare with")
+        raise RigError(
+            f"stop {old.stop.index} has no slope to compare with", advice="begin a new sweep"
+        )
     hardware.stage.move_to(old.stop.distance_mm, setup.config.move_timeout_s)
     hardware.clock.sleep_s(setup.config.settle_s)
     again = [

@@ -95,5 +95,8 @@ def serve_stage(
 
 def _world_of(profile: Profile) -> WorldConfig:
     if profile.world is None:
-        raise ConfigError(f"profile {profile.name}: a simulated rig needs a [world] section")
+        raise ConfigError(
+            f"profile {profile.name}: a simulated rig needs a [world] section",
+            advice="add it to the file",
+        )
     return profile.world

@@ -18,7 +18,10 @@ def charuco_print(config: CharucoConfig) -> Print:
     """
     number = getattr(cv2.aruco, f"DICT_{config.dictionary.upper().removeprefix('DICT_')}", None)
     if number is None:
-        raise ConfigError(f"target.dictionary: OpenCV has no dictionary {config.dictionary}")
+        raise ConfigError(
+            f"target.dictionary: OpenCV has no dictionary {config.dictionary}",
+            advice="name one of OpenCV's",
+        )
     dictionary = cv2.aruco.getPredefinedDictionary(number)
     bits, share = dictionary.markerSize + 2, config.marker_mm / config.square_mm
     texels = next(

@@ -83,10 +83,14 @@ class World:
         if profile.world is None or not isinstance(camera, SimCameraConfig | OakCameraConfig):
             raise ConfigError(
                 f"profile {profile.name}: a simulated world needs a [world] section and a camera "
-                f'with a size (camera.kind = "sim" or "oak"), found {camera.kind!r}'
+                f'with a size (camera.kind = "sim" or "oak"), found {camera.kind!r}',
+                advice="add the section, or choose another camera",
             )
         if scene == "board" and profile.target is None:
-            raise ConfigError(f"profile {profile.name}: scene board needs a [target] section")
+            raise ConfigError(
+                f"profile {profile.name}: scene board needs a [target] section",
+                advice="add it to the file",
+            )
         self.profile = profile
         self.config: WorldConfig = profile.world
         self.clock = clock
@@ -118,7 +122,10 @@ class World:
         """
         moment = self.moment(t_s)
         if moment.board is None:
-            raise ConfigError(f"scene {self.scene} has no board whose distance could be asked for")
+            raise ConfigError(
+                f"scene {self.scene} has no board whose distance could be asked for",
+                advice="choose scene board",
+            )
         reference = moment.cameras[self.profile.reference]
         away_mm = np.asarray(moment.board.centre_mm) - np.asarray(reference.position_mm)
         return float(away_mm @ reference.rotation[:, 2])
@@ -216,7 +223,10 @@ class World:
             ConfigError: the profile has none.
         """
         if self.profile.target is None:
-            raise ConfigError(f"profile {self.profile.name}: a hand needs a [target] to show")
+            raise ConfigError(
+                f"profile {self.profile.name}: a hand needs a [target] to show",
+                advice="add it to the file",
+            )
         return self._printed(self.profile.target, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
     def _printed(self, target: TargetConfig, centre_mm: Vector, rotation_deg: Vector) -> Board:

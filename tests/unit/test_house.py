@@ -1,6 +1,7 @@
 """The rules of the house, as far as a program can check them."""
 
 import ast
+import inspect
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -61,6 +62,69 @@ def test_every_error_is_in_the_drawn_tree_and_raised_by_a_test(error: type[error
         return  # families: their members are raised
     raised = re.compile(rf"raises\(\s*\(?[^)]*\b{error.__name__}\b")
     assert any(raised.search(path.read_text()) for path in (ROOT / "tests").rglob("*.py"))
+
+
+NO_ADVICE = {
+    "rig/curve/least_squares.py": "why one law was rejected; the fit takes another and advises",
+    "rig/curve/models.py": "why one law was rejected; the fit takes another and advises",
+    "rig/profile/load.py:parse_profile": "each problem of the profile names the key that is near",
+    "rig/sweep/run.py:_slopes_px": "a stored failure is one text that holds the advice",
+}
+"""Where an error is made without advice, and why."""
+
+
+def needs_advice(name: str) -> bool:
+    """Whether it is an error of ours that says what to do only if it is told."""
+    kind = getattr(errors, name, None)
+    if not (isinstance(kind, type) and issubclass(kind, errors.RigError)):
+        return False
+    advice = inspect.signature(kind).parameters.get("advice")
+    return advice is not None and advice.default == ""
+
+
+def without_advice(path: Path) -> Iterator[str]:
+    """Yield the functions that make an error which does not say what to do."""
+    tree = ast.parse(path.read_text())
+    where = path.relative_to(ROOT).as_posix()
+    for function in (n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)):
+        for call in (n for n in ast.walk(function) if isinstance(n, ast.Call)):
+            if isinstance(call.func, ast.Name) and needs_advice(call.func.id):
+                advice = [word.value for word in call.keywords if word.arg == "advice"]
+                if not advice or ast.unparse(advice[0]) == "''":
+                    yield f"{where}:{function.name}"
+
+
+def test_every_error_says_what_to_do():
+    found = {
+        where
+        for path in SOURCES
+        if path != ROOT / "rig/errors.py"
+        for where in without_advice(path)
+    }
+    assert {where for where in found if not where.startswith(tuple(NO_ADVICE))} == set()
+    idle = [entry for entry in NO_ADVICE if not any(where.startswith(entry) for where in found)]
+    assert idle == []
+
+
+CUTS = {"partition", "rpartition", "split", "rsplit", "removeprefix", "removesuffix", "find"}
+
+
+def cuts_of_texts(path: Path) -> Iterator[int]:
+    """Yield lines that cut the text of a value, or any text at the mark before the advice."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)):
+            continue
+        if node.func.attr not in CUTS or not node.args:
+            continue
+        mark, text = ast.unparse(node.args[0]), node.func.value
+        is_str = isinstance(text, ast.Call) and ast.unparse(text.func) == "str"
+        if mark == "'; '" or (is_str and mark != repr("\n")):
+            yield node.lineno
+
+
+def test_no_code_cuts_the_text_of_an_error():
+    cuts = [f"{path.name}:{line}" for path in SOURCES for line in cuts_of_texts(path)]
+    assert cuts == []
 
 
 def float_parameters(path: Path) -> Iterator[str]:

@@ -69,7 +69,10 @@ class CameraArray:
     ) -> None:
         given = [view for camera in cameras for view in camera.views]
         if sorted(given) != sorted(views):
-            raise ConfigError(f"asked for the views {', '.join(views)}, found {', '.join(given)}")
+            raise ConfigError(
+                f"asked for the views {', '.join(views)}, found {', '.join(given)}",
+                advice="give each view of the profile one camera",
+            )
         self._cameras = tuple(cameras)
         self._views = tuple(views)
         self._period_s = period_s

@@ -8,6 +8,7 @@ import re
 from dataclasses import dataclass
 from enum import Enum
 
+from rig.errors import StageAlarmError
 from rig_drivers.stage.dialogue import Noise
 
 AXES = "XYZ"
@@ -140,72 +141,80 @@ def _status(state: str, fields: str) -> Status | None:
 
 
 _ALARMS = {
-    1: "a limit switch was hit; clear the way, then home",
-    2: "the move would have left the controller's soft limits; home, and check $130 and the travel",
-    3: "reset while in motion, the position is lost; home again",
-    4: "probe in the wrong state; no probe is used here, check the wiring",
-    5: "probe found nothing; no probe is used here, check the wiring",
-    6: "homing was interrupted by a reset; home again",
-    7: "the safety door was opened during homing; close it and home again",
-    8: "the limit switch did not open again after pull-off; raise $27 or check the switch",
-    9: "no limit switch was found; check the switch, its wiring and the homing direction ($23)",
+    1: ("a limit switch was hit", "clear the way, then home"),
+    2: (
+        "the move would have left the controller's soft limits",
+        "home, and check $130 and the travel",
+    ),
+    3: ("reset while in motion, the position is lost", "home again"),
+    4: ("probe in the wrong state", "no probe is used here, check the wiring"),
+    5: ("probe found nothing", "no probe is used here, check the wiring"),
+    6: ("homing was interrupted by a reset", "home again"),
+    7: ("the safety door was opened during homing", "close it and home again"),
+    8: ("the limit switch did not open again after pull-off", "raise $27 or check the switch"),
+    9: ("no limit switch was found", "check the switch, its wiring and the homing direction ($23)"),
 }
 
 _MORE_ALARMS = {
     Dialect.GRBL: {},
     Dialect.GRBLHAL: {
-        10: "the emergency stop is pressed; release it, then home",
-        11: "homing is required; home the stage",
-        12: "a limit switch is closed; clear the way, then home",
-        13: "probe protection; no probe is used here, check the wiring",
-        14: "the spindle did not reach its speed; no spindle is used here, switch it off",
-        15: "the second motor of the axis found no switch; check it, then home",
-        16: "the self-test failed; switch the controller off and on",
-        17: "the motor driver reports a fault; check motor and driver, then home",
-        18: "homing is not configured; set $22 and the axis of $44",
-        19: "Modbus does not answer; check the spindle's cable or switch it off",
-        20: "the expander does not answer; check its cable",
-        21: "the settings memory failed; restore the settings",
+        10: ("the emergency stop is pressed", "release it, then home"),
+        11: ("homing is required", "home the stage"),
+        12: ("a limit switch is closed", "clear the way, then home"),
+        13: ("probe protection", "no probe is used here, check the wiring"),
+        14: ("the spindle did not reach its speed", "no spindle is used here, switch it off"),
+        15: ("the second motor of the axis found no switch", "check it, then home"),
+        16: ("the self-test failed", "switch the controller off and on"),
+        17: ("the motor driver reports a fault", "check motor and driver, then home"),
+        18: ("homing is not configured", "set $22 and the axis of $44"),
+        19: ("Modbus does not answer", "check the spindle's cable or switch it off"),
+        20: ("the expander does not answer", "check its cable"),
+        21: ("the settings memory failed", "restore the settings"),
     },
     Dialect.FLUIDNC: {
-        10: "the spindle does not answer; remove it from the configuration",
-        11: "a control or limit pin was active at the start; release it, then home",
-        12: "both limit switches are closed; check their wiring",
-        13: "hard stop; clear the way, then home",
-        14: "not homed; home the stage",
-        15: "the controller has just started; home the stage",
-        16: "the expander was reset; home again",
-        17: "a line of G-code was wrong; check the cable",
-        18: "the probe hit; no probe is used here, check the wiring",
+        10: ("the spindle does not answer", "remove it from the configuration"),
+        11: ("a control or limit pin was active at the start", "release it, then home"),
+        12: ("both limit switches are closed", "check their wiring"),
+        13: ("hard stop", "clear the way, then home"),
+        14: ("not homed", "home the stage"),
+        15: ("the controller has just started", "home the stage"),
+        16: ("the expander was reset", "home again"),
+        17: ("a line of G-code was wrong", "check the cable"),
+        18: ("the probe hit", "no probe is used here, check the wiring"),
     },
 }  # fmt: skip
 
+_DAMAGED = "if the line was damaged, check the cable"
 _REFUSALS = {
-    1: "a word did not begin with a letter; if the line was damaged, check the cable",
-    2: "a number could not be read; if the line was damaged, check the cable",
-    3: "unknown $ command; if the line was damaged, check the cable",
-    5: "homing is off; set $22=1",
-    8: "the controller is not idle; home first",
-    9: "the controller is locked by an alarm; home first",
-    10: "soft limits need homing; set $22=1",
-    11: "the line was too long",
-    13: "the safety door is open; close it",
-    15: "the target is outside the controller's travel; check $130 and the profile's travel_mm",
-    16: "not a valid jog",
-    20: "an unknown G-code word",
-    22: "no feed rate",
-    33: "not a valid target",
-    152: "FluidNC's configuration is invalid; see its boot messages ($SS)",
-    162: "FluidNC takes this setting from its configuration file only",
+    1: ("a word did not begin with a letter", _DAMAGED),
+    2: ("a number could not be read", _DAMAGED),
+    3: ("unknown $ command", _DAMAGED),
+    5: ("homing is off", "set $22=1"),
+    8: ("the controller is not idle", "home first"),
+    9: ("the controller is locked by an alarm", "home first"),
+    10: ("soft limits need homing", "set $22=1"),
+    11: ("the line was too long", _DAMAGED),
+    13: ("the safety door is open", "close it"),
+    15: ("the target is outside the controller's travel", "check $130 and the profile's travel_mm"),
+    16: ("not a valid jog", _DAMAGED),
+    20: ("an unknown G-code word", _DAMAGED),
+    22: ("no feed rate", _DAMAGED),
+    33: ("not a valid target", _DAMAGED),
+    152: ("FluidNC's configuration is invalid", "see its boot messages ($SS)"),
+    162: ("FluidNC takes this setting from its configuration file only", "set it there"),
 }
 
 
-def alarm_text(code: int, dialect: Dialect = Dialect.GRBL) -> str:
-    """Say what an alarm means and what to do."""
+def alarm(device: str, code: int, dialect: Dialect = Dialect.GRBL) -> StageAlarmError:
+    """Return the error of an alarm: what it means and what to do."""
     alarms = _ALARMS | _MORE_ALARMS[dialect]
-    return f"ALARM:{code}: {alarms.get(code, 'unknown alarm; reset and home again')}"
+    found, advice = alarms.get(code, ("unknown alarm", "reset and home again"))
+    name = f"ALARM:{code}"
+    return StageAlarmError(device, f"{name}: {found}", advice=advice, code=name)
 
 
-def refusal_text(code: int) -> str:
-    """Say why a line was refused."""
-    return f"error:{code}: {_REFUSALS.get(code, 'see the GRBL documentation')}"
+def refusal(device: str, line: str, code: int) -> StageAlarmError:
+    """Return the error of a line that the controller refused."""
+    found, advice = _REFUSALS.get(code, ("unknown error", "see the GRBL documentation"))
+    name = f"error:{code}"
+    return StageAlarmError(device, f"{line} was refused, {name}: {found}", advice=advice, code=name)

@@ -17,9 +17,9 @@ from rig_drivers.grbl.dialect import (
     Reply,
     Setting,
     Status,
-    alarm_text,
+    alarm,
     parse_reply,
-    refusal_text,
+    refusal,
 )
 from rig_drivers.stage.dialogue import QUIET_S, SLICE_S, Dialogue
 from rig_drivers.stage.serial_line import SerialLine
@@ -115,11 +115,7 @@ class GrblLink:
             if isinstance(reply, Ok):
                 return printed
             if isinstance(reply, Refused):
-                raise StageAlarmError(
-                    self._device,
-                    f"{text} was refused, {refusal_text(reply.code)}",
-                    code=f"error:{reply.code}",
-                )
+                raise refusal(self._device, text, reply.code)
             if isinstance(reply, Message | Setting):
                 printed.append(reply)
         raise StageTimeoutError(
@@ -255,9 +251,7 @@ class GrblLink:
 
     def _refuse(self, reply: Reply) -> None:
         if isinstance(reply, Alarm):
-            raise StageAlarmError(
-                self._device, alarm_text(reply.code, self._dialect), code=f"ALARM:{reply.code}"
-            )
+            raise alarm(self._device, reply.code, self._dialect)
         if isinstance(reply, Banner):
             self.is_homed = False
             raise StageAlarmError(

@@ -107,7 +107,8 @@ def read_fluidnc_axis(
         rate, acceleration, travel_mm, home_mm = (float(values[key]) for key in FLUIDNC_KEYS[1:5])
     except ValueError as error:
         raise ConfigError(
-            f"{device}: FluidNC's {where} holds what is no number: {error}"
+            f"{device}: FluidNC's {where} holds what is no number: {error}",
+            advice="correct its configuration file",
         ) from error
     is_up = values["homing/positive_direction"] == "true"
     range_mm = (home_mm - travel_mm, home_mm) if is_up else (home_mm, home_mm + travel_mm)

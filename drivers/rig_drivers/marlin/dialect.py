@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 from functools import reduce
 
+from rig.errors import StageAlarmError
 from rig_drivers.stage.dialogue import Noise
 
 AXES = "XYZ"
@@ -135,9 +136,10 @@ _TROUBLES = (
 )
 
 
-def trouble_text(text: str) -> tuple[str, str]:
-    """Return a trouble as one word for programs, and what it means with what to do."""
+def alarm(device: str, text: str) -> StageAlarmError:
+    """Return the error of a trouble: its code is one word for programs."""
     for part, code, advice in _TROUBLES:
         if part in text:
-            return code, f"{text.rstrip('.')}; {advice}"
-    return "error", f"{text.rstrip('.')}; see what the controller complains about, then home again"
+            return StageAlarmError(device, text.rstrip("."), advice=advice, code=code)
+    advice = "see what the controller complains about, then home again"
+    return StageAlarmError(device, text.rstrip("."), advice=advice, code="error")

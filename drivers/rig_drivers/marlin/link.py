@@ -13,9 +13,9 @@ from rig_drivers.marlin.dialect import (
     Resend,
     Start,
     Trouble,
+    alarm,
     numbered_line,
     parse_reply,
-    trouble_text,
 )
 from rig_drivers.stage.dialogue import Dialogue
 from rig_drivers.stage.serial_line import SerialLine
@@ -264,15 +264,14 @@ class MarlinLink:
         if isinstance(reply, Start):
             self.is_homed = self._is_in_step = False
         if isinstance(reply, Trouble):
-            code, _ = trouble_text(reply.text)
+            code = alarm(self._device, reply.text).code
             self.is_killed = self.is_killed or code == "killed"
             self.is_stopped = self.is_stopped or code == "stopped by error"
             self.is_homed = self.is_homed and code == "unknown command"
 
     def _refuse(self, reply: Reply) -> None:
         if isinstance(reply, Trouble):
-            code, text = trouble_text(reply.text)
-            raise StageAlarmError(self._device, text, code=code)
+            raise alarm(self._device, reply.text)
         if isinstance(reply, Start):
             raise StageAlarmError(
                 self._device,

@@ -18,7 +18,11 @@ def main() -> None:
 
         answer: object = [asdict(oak) for oak in found_oaks()]
     except RigError as error:
-        answer = {"error": str(error), "installed": not isinstance(error, ConfigError)}
+        answer = {
+            "found": error.found,
+            "advice": error.advice,
+            "installed": not isinstance(error, ConfigError),
+        }
     sys.stdout.write(json.dumps(answer) + "\n")
 
 

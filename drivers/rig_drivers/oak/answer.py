@@ -24,7 +24,8 @@ class Failure(BaseModel):
 
     model_config = _CLOSED
 
-    error: str
+    found: str
+    advice: str
     installed: bool
 
 
@@ -52,5 +53,5 @@ def parse_answer(text: str, code: int) -> list[Answer]:
     if not isinstance(answer, Failure):
         return answer
     if not answer.installed:
-        raise ConfigError(answer.error)
-    raise DeviceNotFoundError("OAK", answer.error)
+        raise ConfigError(answer.found, advice=answer.advice)
+    raise DeviceNotFoundError("OAK", answer.found, advice=answer.advice)

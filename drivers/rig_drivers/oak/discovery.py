@@ -73,7 +73,7 @@ def choose_oak(wanted: str, infos: Sequence[dai.DeviceInfo]) -> dai.DeviceInfo:
     if len(named) == 1:
         if named[0].status == _LOCKED:
             raise DeviceNotFoundError(
-                f"OAK {named[0].deviceId}", "is there, but may not be opened", advice=f"{_UDEV}"
+                f"OAK {named[0].deviceId}", "is there, but may not be opened", advice=_UDEV
             )
         return named[0]
     if not named and _is_address(wanted):
@@ -86,7 +86,7 @@ def choose_oak(wanted: str, infos: Sequence[dai.DeviceInfo]) -> dai.DeviceInfo:
         then = "correct camera.device"
     else:
         then = "check power and cable; without permission they do not show: " + _UDEV
-    raise DeviceNotFoundError(f"OAK {wanted}".rstrip(), f"{asked}, found {there}", advice=f"{then}")
+    raise DeviceNotFoundError(f"OAK {wanted}".rstrip(), f"{asked}, found {there}", advice=then)
 
 
 def _search(wanted: str) -> list[dai.DeviceInfo]:

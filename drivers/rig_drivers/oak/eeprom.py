@@ -56,9 +56,8 @@ class Eeprom:
                 file.write(content)
         except OSError as error:
             raise ConfigError(
-                f"{self.name}: the backup {backup} cannot be written ({error.strerror}); name a "
-                "file that does not exist",
-                advice="nothing was flashed",
+                f"{self.name}: the backup {backup} cannot be written ({error.strerror})",
+                advice="name a file that does not exist; nothing was flashed",
             ) from error
 
     def flash(self, content: Mapping[str, object], backup: Path, *, may_flash: bool) -> None:
@@ -104,7 +103,7 @@ class Eeprom:
             raise ConfigError(
                 f"{self.name}: its present calibration cannot be read ({error}), so there is "
                 "nothing to go back to",
-                advice="nothing was flashed",
+                advice="open it again; nothing was flashed",
             ) from error
 
     def _require_backup(self, backup: Path) -> None:
@@ -113,14 +112,14 @@ class Eeprom:
         except (OSError, ValueError) as error:
             raise ConfigError(
                 f"{self.name}: the backup {backup} cannot be read ({error})",
-                advice="nothing was flashed",
+                advice="save a new one; nothing was flashed",
             ) from error
         difference = first_difference(saved, self._content())
         if difference is not None:
             raise ConfigError(
                 f"{self.name}: {backup} is no backup of what the device holds, which differs at "
-                f"{difference}; save a new one",
-                advice="nothing was flashed",
+                f"{difference}",
+                advice="save a new one; nothing was flashed",
             )
 
 
@@ -151,7 +150,9 @@ def parse_calibration(content: Mapping[str, object]) -> dai.CalibrationHandler:
     try:
         return dai.CalibrationHandler.fromJson(dict(content))
     except (RuntimeError, TypeError, ValueError) as error:
-        raise ConfigError(f"this is no calibration of an OAK device: {error}") from error
+        raise ConfigError(
+            f"this is no calibration of an OAK device: {error}", advice="export it again"
+        ) from error
 
 
 def eeprom_content(handler: dai.CalibrationHandler) -> dict[str, object]:

@@ -7,7 +7,7 @@ import serial
 
 from rig.devices import Clock
 from rig.errors import DeviceLostError, DeviceNotFoundError
-from rig_drivers.open_errors import why_not_opened
+from rig_drivers.open_errors import not_opened
 from rig_drivers.stage.serial_ports import resolve_port
 
 LONGEST_LINE = 512
@@ -94,7 +94,7 @@ class SerialLine:
                 exclusive=True,
             )
         except (OSError, ValueError) as error:
-            raise DeviceNotFoundError(self._device, self._why_closed(error)) from error
+            raise self._not_opened(error) from error
         self._buffer.clear()
         self._is_overlong = False
         self._noise_bytes = 0
@@ -182,7 +182,7 @@ class SerialLine:
             advice="check cable and power, then open it again",
         )
 
-    def _why_closed(self, error: Exception) -> str:
+    def _not_opened(self, error: Exception) -> DeviceNotFoundError:
         port = f"port {self._port}"
-        absent = f"no {port}; check cable and name (`rig devices` lists ports)"
-        return why_not_opened(error, device=port, absent=absent, group="dialout")
+        absent = (f"no {port}", "check cable and name (`rig devices` lists ports)")
+        return not_opened(error, self._device, what=port, absent=absent, group="dialout")

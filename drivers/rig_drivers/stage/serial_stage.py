@@ -13,6 +13,7 @@ from rig.errors import (
     StageAlarmError,
     StageLimitError,
     StageTimeoutError,
+    every_advice,
 )
 from rig.profile import StageConfig
 from rig_drivers.stage.controller import Controller
@@ -233,11 +234,12 @@ class SerialStage:
         try:
             self._halt()
         except DeviceError as failed:
-            said, then = (str(e).removeprefix(f"{self._name}: ") for e in (error, failed))
+            known = isinstance(error, DeviceError)
             raise DeviceLostError(
                 self._name,
-                f"{said or type(error).__name__}",
-                advice=f"could not be stopped: {then}",
+                f"{error.symptom if known else str(error) or type(error).__name__}; "
+                f"could not be stopped: {failed.symptom}",
+                advice=every_advice([error, failed] if known else [failed]),
             ) from error
 
     def _halt(self) -> None:

@@ -84,7 +84,9 @@ class FolderCamera(StoredCamera):
         if len(set(counts.values())) > 1:
             listed = ", ".join(f"{view} {count}" for view, count in counts.items())
             raise DeviceNotFoundError(
-                _NAME, f"views of {self._place} differ in their number of pictures: {listed}"
+                _NAME,
+                f"views of {self._place} differ in their number of pictures: {listed}",
+                advice="remove what has no partner, or correct camera.files",
             )
         return list(zip(*found.values(), strict=True))
 
@@ -94,7 +96,8 @@ class FolderCamera(StoredCamera):
             paths = [path for path in self._place.glob(pattern) if path.is_file()]
         except (ValueError, NotImplementedError) as error:
             raise ConfigError(
-                f"camera.files.{view}: {pattern!r} is no pattern below {self._place}: {error}"
+                f"camera.files.{view}: {pattern!r} is no pattern below {self._place}: {error}",
+                advice="write it as in views/left*.png",
             ) from error
         if not paths:
             raise DeviceNotFoundError(
@@ -143,7 +146,9 @@ def _read_grey(path: Path) -> GreyImage:
     try:
         data = np.frombuffer(path.read_bytes(), np.uint8)
     except OSError as error:
-        raise DeviceLostError(_NAME, f"{path} cannot be read: {error.strerror}") from error
+        raise DeviceLostError(
+            _NAME, f"{path} cannot be read: {error.strerror}", advice="check permissions and disk"
+        ) from error
     image: NDArray[np.generic] | None = (
         cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
     )

@@ -41,7 +41,7 @@ class ReplayCamera(StoredCamera):
         try:
             found = recorded_views(self._place)
         except StoreError as error:
-            raise DeviceNotFoundError(_NAME, str(error)) from error
+            raise DeviceNotFoundError(_NAME, error.found, advice=error.advice) from error
         if sorted(found) != sorted(self._views):
             raise DeviceNotFoundError(
                 _NAME,
@@ -58,7 +58,7 @@ class ReplayCamera(StoredCamera):
         try:
             stored = next(self._left, None)
         except StoreError as error:
-            raise DeviceLostError(_NAME, str(error)) from error
+            raise DeviceLostError(_NAME, error.found, advice=error.advice) from error
         return None if stored is None else self._of_the_present(stored)
 
     def _of_the_present(self, stored: MultiView) -> MultiView:

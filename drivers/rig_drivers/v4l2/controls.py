@@ -86,7 +86,10 @@ class Control:
         return number
 
     def _refusal(self, value: ControlValue) -> ConfigError:
-        return ConfigError(f"control {self.name}: asked for {value}, may be {self.limits}")
+        return ConfigError(
+            f"control {self.name}: asked for {value}, may be {self.limits}",
+            advice="correct it in camera.controls",
+        )
 
 
 class Controls:
@@ -113,7 +116,7 @@ class Controls:
         near = difflib.get_close_matches(name, self._by_name, n=1, cutoff=0.6)
         listed = ", ".join(sorted(self._by_name)) or "none at all"
         hint = f"did you mean {near[0]}?" if near else f"it has {listed}"
-        raise ConfigError(f"{self._node.name}: has no control {name}", advice=f"{hint}")
+        raise ConfigError(f"{self._node.name}: has no control {name}", advice=hint)
 
     def with_number(self, number: int) -> Control | None:
         """Return a control by the kernel's id; None if the camera has none."""
@@ -129,7 +132,9 @@ class Controls:
             return _call(self._node, abi.VIDIOC_G_EXT_CTRLS, control)
         except OSError as error:
             raise DeviceLostError(
-                self._node.name, f"does not tell control {control.name}: {error.strerror}"
+                self._node.name,
+                f"does not tell control {control.name}: {error.strerror}",
+                advice="plug it in again",
             ) from error
 
     def apply(self, values: Mapping[str, ControlValue]) -> dict[str, int]:
@@ -168,7 +173,7 @@ class Controls:
         try:
             number = control.number_of(value)
         except ConfigError as error:
-            raise ConfigError(f"{self._node.name}: {error}") from error
+            raise ConfigError(f"{self._node.name}: {error.found}", advice=error.advice) from error
         if not control.is_active:
             raise ConfigError(
                 f"{where} is inactive: an automatism rules it",
@@ -182,7 +187,11 @@ class Controls:
                     f"{where}: asked for {value}, refused ({error.strerror})",
                     advice=f"may be {control.limits}",
                 ) from error
-            raise DeviceLostError(self._node.name, f"{where}: {error.strerror}") from error
+            raise DeviceLostError(
+                self._node.name,
+                f"{where}: {error.strerror}",
+                advice="plug it in again, or remove it from camera.controls",
+            ) from error
         return number
 
     def _current(self, control: Control) -> Control:

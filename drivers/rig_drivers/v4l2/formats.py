@@ -127,14 +127,17 @@ def set_mode(node: Node, wanted: Mode) -> AppliedMode:
         DeviceLostError: it offers it, but sets something else or refuses.
     """
     if wanted.pixel_format not in DECODERS:
-        raise ConfigError(f"camera.pixel_format: {wanted.pixel_format} cannot be read by rig")
+        raise ConfigError(
+            f"camera.pixel_format: {wanted.pixel_format} cannot be read by rig",
+            advice=f"readable are {', '.join(DECODERS)}",
+        )
     nearest = nearest_size(size_offers(node), wanted)
     if nearest is None:
         listed = ", ".join(pixel_formats(node)) or "none"
         raise ConfigError(
             f"{node.name}: asked for {wanted}, offers no pixel format that rig can read "
-            f"(found {listed}",
-            advice=f"readable are {', '.join(DECODERS)})",
+            f"(found {listed})",
+            advice=f"readable are {', '.join(DECODERS)}",
         )
     interval_s = None
     if wanted.rate_hz is not None:
@@ -161,8 +164,8 @@ def set_mode(node: Node, wanted: Mode) -> AppliedMode:
     if not _is_same(applied, offered):
         raise DeviceLostError(
             node.name,
-            f"asked for {offered}, which it offers",
-            advice=f"it was set to {applied} instead",
+            f"asked for {offered}, which it offers, it was set to {applied} instead",
+            advice="ask for that, or plug it in again",
         )
     return AppliedMode(applied, pixels.bytesperline, pixels.sizeimage)
 

@@ -7,14 +7,17 @@ from types import TracebackType
 from typing import Self, TypeVar
 
 from rig.errors import DeviceLostError, DeviceNotFoundError
-from rig_drivers.open_errors import why_not_opened
+from rig_drivers.open_errors import not_opened
 from rig_drivers.v4l2 import abi, structures
 from rig_drivers.v4l2.kernel import Argument, Kernel, Memory
 
 _GONE = (errno.ENODEV, errno.ENXIO, errno.EBADF)
 _END_OF_LIST = (errno.EINVAL, errno.ENOTTY, errno.ENODATA)
 
-_ABSENT = "is not there; plug it in, or correct camera.devices (`rig devices` lists them)"
+_ABSENT = (
+    "is not there",
+    "plug it in, or correct camera.devices (`rig devices` lists them)",
+)
 
 Entry = TypeVar(
     "Entry", structures.FormatDescription, structures.FrameSize, structures.FrameInterval
@@ -46,9 +49,7 @@ class Node:
         try:
             self._descriptor = self._kernel.open(self.path)
         except OSError as error:
-            raise DeviceNotFoundError(
-                self.name, why_not_opened(error, device="it", absent=_ABSENT, group="video")
-            ) from error
+            raise not_opened(error, self.name, what="it", absent=_ABSENT, group="video") from error
         try:
             self.capability = self._require_capture()
         except BaseException:
@@ -143,7 +144,9 @@ class Node:
         card = capability.card.decode(errors="replace")
         if able & abi.CAP_VIDEO_CAPTURE_MPLANE:
             raise DeviceNotFoundError(
-                self.name, f"{card} offers only multi-planar buffers, which rig does not read"
+                self.name,
+                f"{card} offers only multi-planar buffers, which rig does not read",
+                advice="use another camera (`rig devices` lists them)",
             )
         raise DeviceNotFoundError(
             self.name,

@@ -9,7 +9,7 @@ from rig_drivers.stage.serial_line import SerialLine
 from rig_drivers.stage.serial_stage import SerialStage
 from rig_drivers.stage.travel import check_speed, check_travel
 from rig_drivers.zaber.link import WHOLE_DEVICE, ZaberLink
-from rig_drivers.zaber.words import HARMLESS, INTERFERENCE, UNHOMED, flag_text
+from rig_drivers.zaber.words import HARMLESS, INTERFERENCE, UNHOMED, alarm
 
 SPEED_UNITS = 1.6384
 """A speed in a device's units over one in microsteps per second."""
@@ -190,7 +190,7 @@ class ZaberController:
             self._is_homed = False
         elif "NI" in flags:
             self._link.ask("warnings clear")  # told once; the next call begins anew
-        raise StageAlarmError(self._name, f"{what}, found {flag_text(serious[0])}", code=serious[0])
+        raise alarm(self._name, what, serious[0])
 
     def _comes_to_rest(self, command: str) -> bool:
         """Send a stop and see whether the axis stands soon after; asks whatever has been heard."""

@@ -8,7 +8,7 @@ from rig.profile import ZaberStageConfig
 from rig_drivers.stage.dialogue import Dialogue, Noise
 from rig_drivers.stage.serial_line import SerialLine
 from rig_drivers.zaber.message import Alert, Answer, Message, command_line, parse_message
-from rig_drivers.zaber.words import refusal_text
+from rig_drivers.zaber.words import refusal
 
 ANSWER_TIMEOUT_S = 0.5
 """A device answers within milliseconds; later the answer was lost."""
@@ -117,9 +117,7 @@ class ZaberLink:
 
     def _taken(self, text: str, answer: Answer) -> Answer:
         if not answer.is_taken:
-            raise StageAlarmError(
-                self._device, f"`{text}` was refused, {refusal_text(answer.data)}", code=answer.data
-            )
+            raise refusal(self._device, text, answer.data)
         return answer
 
     def _parse(self, line: str) -> Message:

@@ -147,7 +147,10 @@ def _ask(
             advice="give one of each per view and the reference among them",
         )
     if fixed != "none" and start is None:
-        raise ConfigError(f"{fixed} asked to be held still without a geometry to start from")
+        raise ConfigError(
+            f"{fixed} asked to be held still without a geometry to start from",
+            advice="give one, or leave it free",
+        )
     if start is not None and (len(start.names) != len(names) or start.reference != reference):
         raise ConfigError(
             f"{len(names)} views with reference {reference} given, the geometry to start from has "

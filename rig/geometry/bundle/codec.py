@@ -11,6 +11,8 @@ from rig.errors import ConfigError
 
 Json = dict[str, "Json"] | list["Json"] | str | float | int | bool | None
 
+_ADVICE = "the file was changed or written by another version"
+
 
 def encode(value: object) -> Json:
     """Turn a value into what `json` writes; numbers that are not finite become their names."""
@@ -68,7 +70,7 @@ def _decode_fields(kind: Any, data: Json, place: str) -> Any:
         missing, unknown = sorted(wanted - set(data)), sorted(set(data) - wanted)
         raise ConfigError(
             f"{place}: fields missing {missing}, fields unknown {unknown}",
-            advice="the file was changed or written by another version",
+            advice=_ADVICE,
         )
     return kind(**{name: decode(hints[name], data[name], f"{place}.{name}") for name in data})
 
@@ -78,7 +80,9 @@ def _decode_array(arguments: tuple[Any, ...], data: Json, place: str) -> Any:
     try:
         return np.array(data, scalar)
     except (TypeError, ValueError) as error:
-        raise ConfigError(f"{place}: an array of {scalar.__name__} wanted, {error}") from error
+        raise ConfigError(
+            f"{place}: an array of {scalar.__name__} wanted, {error}", advice=_ADVICE
+        ) from error
 
 
 def _decode_tuple(arguments: tuple[Any, ...], data: Json, place: str) -> Any:
@@ -102,4 +106,4 @@ def _number(data: Json, place: str) -> float:
 
 
 def _refuse(place: str, wanted: str, found: Json) -> Any:
-    raise ConfigError(f"{place}: {wanted} wanted, found {str(found)[:40]}")
+    raise ConfigError(f"{place}: {wanted} wanted, found {str(found)[:40]}", advice=_ADVICE)

@@ -80,7 +80,8 @@ def observe(sightings: Sequence[Sighting], points_mm: Float, view_count: int) ->
     for sighting in sightings:
         if not 0 <= sighting.view < view_count:
             raise ConfigError(
-                f"sighting of view {sighting.view} given, views are 0..{view_count - 1}"
+                f"sighting of view {sighting.view} given, views are 0..{view_count - 1}",
+                advice="give sightings of this rig",
             )
         if len(sighting) and int(sighting.ids.max()) >= len(points_mm):
             raise ConfigError(

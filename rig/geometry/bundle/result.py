@@ -226,7 +226,9 @@ class Calibration:
         try:
             data = json.loads(text)
         except ValueError as error:
-            raise ConfigError(f"calibration asked for, the text is no JSON: {error}") from error
+            raise ConfigError(
+                f"calibration asked for, the text is no JSON: {error}", advice="calibrate again"
+            ) from error
         version = data.get("version") if isinstance(data, dict) else None
         if version != VERSION or set(data) != {"version", "calibration"}:
             raise ConfigError(

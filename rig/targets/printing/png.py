@@ -40,7 +40,10 @@ def png_of(drawing: Drawing, dots_per_in: float) -> bytes:
         _write(picture, line, px_per_mm)
     done, encoded = cv2.imencode(".png", picture)
     if not done:
-        raise ConfigError(f"a picture of {width_px} x {height_px} px could not be turned to PNG")
+        raise ConfigError(
+            f"a picture of {width_px} x {height_px} px could not be turned to PNG",
+            advice="draw it smaller, or take .svg",
+        )
     data = encoded.tobytes()
     return data[:_IHDR_END] + _resolution(dots_per_in) + data[_IHDR_END:]
 

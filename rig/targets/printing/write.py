@@ -31,6 +31,8 @@ def write_sheet(path: Path, drawing: Drawing, dots_per_in: float) -> None:
         beside.write_bytes(data)
         beside.replace(path)
     except OSError as error:
-        raise ConfigError(f"--out {path}: cannot be written: {error.strerror}") from error
+        raise ConfigError(
+            f"--out {path}: cannot be written: {error.strerror}", advice="choose another place"
+        ) from error
     finally:
         beside.unlink(missing_ok=True)

@@ -76,7 +76,7 @@ def plug(url: str, firmware: Firmware) -> Generator[None]:
     """
     key = url.lower()
     if not key.startswith("sim://"):
-        raise ConfigError(f"{url}: a simulated port needs a URL such as sim://grbl")
+        raise ConfigError(f"{url}: is no simulated port", advice="give a URL such as sim://grbl")
     if key in _sockets:
         raise ConfigError(
             f"{url}: a simulated firmware is already plugged in", advice="use another name"

@@ -15,6 +15,7 @@ from rig.errors import (
     ConfigError,
     DeviceLostError,
     DeviceNotFoundError,
+    DevicesNotFoundError,
     ViewSkewError,
 )
 from tests.support.cameras import SMALL, SmallRig
@@ -49,8 +50,12 @@ def test_one_camera_that_is_not_there_closes_the_others():
 def test_of_several_that_are_not_there_all_are_told():
     array, devices, _ = video_array(VIEWS)
     devices[0].is_plugged = devices[2].is_plugged = False
-    with pytest.raises(DeviceNotFoundError, match=r"2 of 3 did not open: .*left.*; .*top"), array:
+    with pytest.raises(DevicesNotFoundError) as caught, array:
         pass
+    names = [f"camera /dev/v4l/by-path/{VIEWS[i]}" for i in (0, 2)]
+    told = f"camera array: 2 of 3 did not open: {', '.join(names)}: is not there"
+    assert caught.value.found == told
+    assert caught.value.advice.startswith("plug it in")
 
 
 def test_a_stream_that_does_not_start_closes_all():

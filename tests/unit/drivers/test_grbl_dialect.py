@@ -13,9 +13,9 @@ from rig_drivers.grbl.dialect import (
     Reply,
     Setting,
     Status,
-    alarm_text,
+    alarm,
     parse_reply,
-    refusal_text,
+    refusal,
 )
 from rig_drivers.stage.dialogue import Noise
 
@@ -120,16 +120,22 @@ def test_versions_compare_as_numbers() -> None:
 
 @pytest.mark.parametrize("code", [*range(1, 10), 98])
 def test_alarms_say_what_to_do(code: int) -> None:
-    assert alarm_text(code).startswith(f"ALARM:{code}: ")
-    assert len(alarm_text(code)) > 30
+    error = alarm("stage", code)
+    assert error.found.startswith(f"stage: ALARM:{code}: ")
+    assert error.code == f"ALARM:{code}"
+    assert error.advice
 
 
 @pytest.mark.parametrize("code", [1, 2, 3, 5, 8, 9, 15, 20, 22, 77])
 def test_refusals_have_a_reason(code: int) -> None:
-    assert refusal_text(code).startswith(f"error:{code}: ")
+    error = refusal("stage", "G0", code)
+    assert error.found.startswith(f"stage: G0 was refused, error:{code}: ")
+    assert error.code == f"error:{code}"
+    assert error.advice
 
 
 @pytest.mark.parametrize(("dialect", "last"), [(Dialect.GRBLHAL, 21), (Dialect.FLUIDNC, 18)])
 def test_every_alarm_of_a_dialect_has_words(dialect: Dialect, last: int) -> None:
-    assert all("unknown" not in alarm_text(code, dialect) for code in range(1, last + 1))
-    assert "unknown alarm" in alarm_text(last + 1, dialect)
+    found = [alarm("stage", code, dialect).found for code in range(1, last + 2)]
+    assert all("unknown" not in text for text in found[:-1])
+    assert "unknown alarm" in found[-1]

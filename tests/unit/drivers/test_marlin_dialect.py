@@ -12,9 +12,9 @@ from rig_drivers.marlin.dialect import (
     Resend,
     Start,
     Trouble,
+    alarm,
     numbered_line,
     parse_reply,
-    trouble_text,
 )
 from rig_drivers.marlin.settings import MarlinAxis, read_axis, travel_time_s
 from rig_drivers.stage.dialogue import Noise
@@ -109,9 +109,10 @@ def test_a_hundred_thousand_bad_lines_give_values(seed: int) -> None:
     ],
 )
 def test_troubles_say_what_to_do(said: str, code: str) -> None:
-    word, text = trouble_text(said)
-    assert word == code
-    assert ";" in text
+    error = alarm("stage", said)
+    assert error.code == code
+    assert error.found == f"stage: {said.rstrip('.')}"
+    assert error.advice
 
 
 # -- settings -------------------------------------------------------------------------------------

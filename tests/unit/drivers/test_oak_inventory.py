@@ -45,9 +45,9 @@ def test_an_answer_that_is_none_is_an_error(text: str):
 
 def test_a_missing_extra_and_a_failed_search_are_two_things():
     with pytest.raises(ConfigError, match="pip"):
-        parse_answer('{"error": "not there; pip install it", "installed": false}', 0)
+        parse_answer('{"found": "not there", "advice": "pip install it", "installed": false}', 0)
     with pytest.raises(DeviceNotFoundError, match="failed"):
-        parse_answer('{"error": "the search failed", "installed": true}', 0)
+        parse_answer('{"found": "the search failed", "advice": "", "installed": true}', 0)
 
 
 def test_a_search_that_takes_too_long_is_ended():

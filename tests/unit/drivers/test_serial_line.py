@@ -89,7 +89,8 @@ def test_something_that_is_no_port_is_told(tmp_path: object) -> None:
 
 def test_a_forbidden_port_names_the_group() -> None:
     error = PermissionError(13, "Permission denied")
-    assert "dialout" in make_line("/dev/ttyUSB0")._why_closed(error)  # pyright: ignore[reportPrivateUsage]
+    line = make_line("/dev/ttyUSB0")
+    assert "dialout" in line._not_opened(error).advice  # pyright: ignore[reportPrivateUsage]
 
 
 def test_a_vanished_port_is_lost_for_reading(pty: Pty) -> None:

@@ -8,7 +8,8 @@ from typing import Self
 import pytest
 from rig_drivers.together import close_together, open_together
 
-from rig.errors import DeviceNotFoundError
+from rig.check.items import failed
+from rig.errors import DeviceError, DeviceLostError, DeviceNotFoundError, DevicesNotFoundError
 from rig.hardware.opening import open_hardware
 from rig.profile.load import load_profile
 from tests.support.video_arrays import locked, video_array
@@ -68,6 +69,47 @@ def test_an_interrupt_leaves_none_open():
     with pytest.raises(KeyboardInterrupt):
         open_together((*others, Opened(interrupted)), name="rig")
     assert not any(device.is_open for device in others)
+
+
+def failing(error: DeviceError) -> Opened:
+    def refuse() -> None:
+        raise error
+
+    return Opened(refuse)
+
+
+def test_five_absent_cameras_are_one_line_with_one_advice():
+    absent = [
+        failing(DeviceNotFoundError(f"camera {view}", "is not there", advice="plug it in"))
+        for view in VIEWS
+    ]
+    with pytest.raises(DevicesNotFoundError) as caught:
+        open_together(absent, name="camera")
+    named = ", ".join(f"camera {view}" for view in VIEWS)
+    assert str(caught.value) == f"camera: 5 of 5 did not open: {named}: is not there; plug it in"
+    assert [error.device for error in caught.value.errors] == [f"camera {v}" for v in VIEWS]
+
+
+def test_devices_that_fail_for_different_reasons_keep_every_advice():
+    error = DeviceLostError("stage", "does not answer", advice="check its supply; home it")
+    devices = [
+        failing(DeviceNotFoundError("camera", "is not there", advice="plug it in")),
+        Opened(lambda: None),
+        failing(error),
+    ]
+    with pytest.raises(DevicesNotFoundError) as caught:
+        open_together(devices, name="rig")
+    assert caught.value.advice == "plug it in; check its supply; home it"
+    item = failed("devices", caught.value)
+    assert item.found == ("rig: 2 of 3 did not open: camera: is not there; stage: does not answer")
+    assert item.advice == caught.value.advice
+
+
+def test_one_absent_camera_is_told_as_it_is():
+    absent = failing(DeviceNotFoundError("camera a", "is not there", advice="plug it in"))
+    with pytest.raises(DeviceNotFoundError) as caught:
+        open_together([absent, Opened(lambda: None)], name="camera")
+    assert str(caught.value) == "camera a: is not there; plug it in"
 
 
 def test_of_a_rig_without_stage_and_camera_both_are_told():

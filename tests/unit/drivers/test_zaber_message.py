@@ -13,7 +13,7 @@ from rig_drivers.zaber.message import (
     command_line,
     parse_message,
 )
-from rig_drivers.zaber.words import flag_text, refusal_text
+from rig_drivers.zaber.words import alarm, refusal
 
 from tests.support.word_salad import salad
 
@@ -134,10 +134,15 @@ def test_a_hundred_thousand_bad_lines_give_values(seed: int) -> None:
 
 @pytest.mark.parametrize("flag", ["FS", "FO", "FD", "WR", "NI", "NC", "WL", "XX"])
 def test_flags_say_what_to_do(flag: str) -> None:
-    assert flag_text(flag).startswith(f"{flag}: ")
-    assert ";" in flag_text(flag)
+    error = alarm("stage", "moved", flag)
+    assert error.found.startswith(f"stage: moved, found {flag}: ")
+    assert error.code == flag
+    assert error.advice
 
 
 @pytest.mark.parametrize("reason", ["BADDATA", "DRIVERDISABLED", "AGAIN", "ODD"])
 def test_refusals_say_why(reason: str) -> None:
-    assert refusal_text(reason).startswith(f"RJ {reason}: ")
+    error = refusal("stage", "home", reason)
+    assert error.found.startswith(f"stage: `home` was refused, RJ {reason}: ")
+    assert error.code == reason
+    assert error.advice

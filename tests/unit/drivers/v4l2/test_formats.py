@@ -59,7 +59,10 @@ def test_what_is_not_offered_is_refused_with_the_nearest_offer(wanted: Mode, nea
 
 def test_a_device_without_a_readable_format_says_what_it_has():
     device = FakeDevice(modes=(("H264", 640, 400),))
-    with opened(device) as node, pytest.raises(ConfigError, match="found H264; readable are GREY"):
+    with (
+        opened(device) as node,
+        pytest.raises(ConfigError, match=r"found H264\); readable are GREY"),
+    ):
         set_mode(node, Mode("GREY", 640, 400, 30.0))
 
 
