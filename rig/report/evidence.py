@@ -11,9 +11,10 @@ from rig.curve import Curve
 from rig.database import Measurement, Sample, SampleKey, Store, StoredCurve, Sweep
 from rig.epipolar import RectifiedViews
 from rig.frames import GreyImage
-from rig.optics.rectifier import Rectifier
+from rig.optics.optics import Optics
 from rig.profile import Profile
-from rig.sweep.conclude import SweepResult, stored_profile, stored_rectifier
+from rig.stored import run_of_sweep
+from rig.sweep.conclude import SweepResult
 from rig.sweep.measure_sample import CORNERS, OUTLINE
 
 MOST_FAILURES_SHOWN = 3
@@ -77,22 +78,21 @@ def gather(store: Store, result: SweepResult) -> Evidence:
         ConfigError: the profile was written by a version with other keys.
     """
     sweep = store.sweep(result.sweep_id)
-    profile = stored_profile(sweep)
+    run = run_of_sweep(store, sweep)
     samples = store.samples(sweep.id)
     measurements = store.measurements(sweep.id)
-    rectifier = stored_rectifier(store, sweep)
     shown = _shown(samples, measurements, result.fit.best)
     return Evidence(
         sweep=sweep,
-        profile=profile,
+        profile=run.profile,
         result=result,
         stored_curve=store.curve(result.curve_id),
         samples=samples,
         measurements=measurements,
         pictures=tuple(
-            _picture(rectifier, store, sample, measurements[sample.key]) for sample in shown
+            _picture(run.optics, store, sample, measurements[sample.key]) for sample in shown
         ),
-        failures=_failures(store, profile, samples, measurements),
+        failures=_failures(store, run.profile, samples, measurements),
         frames_root=sweep.folder.relative_to(store.frames).as_posix(),
     )
 
@@ -116,14 +116,12 @@ def _is_found(measurement: Measurement) -> bool:
     return measurement.failure is None and all(places)
 
 
-def _picture(
-    rectifier: Rectifier, store: Store, sample: Sample, measurement: Measurement
-) -> Picture:
+def _picture(optics: Optics, store: Store, sample: Sample, measurement: Measurement) -> Picture:
     images = store.load(sample).stack()
     return Picture(
         sample=sample,
-        images=rectifier.pictures(images),
-        views=rectifier.views(images),
+        images=optics.pictures(images),
+        views=optics.views(images),
         centre_px=cast("tuple[float, float]", measurement.centre_px),
         plane=cast("tuple[float, float, float]", measurement.plane),
         corners_px=np.asarray(measurement.details[CORNERS], np.float64),
