@@ -67,6 +67,15 @@ class Run:
     """What the optics come from; None for pictures as they are."""
 
 
+@dataclass(frozen=True, slots=True)
+class CalibratedRig:
+    """A rig as a calibration found it."""
+
+    profile: Profile
+    """As it was then."""
+    geometry: RigGeometry
+
+
 def open_run(
     store: "Store",
     profile: Profile,
@@ -146,7 +155,7 @@ def stored_profile(stored: Sweep | StoredCalibration) -> Profile:
     return parse_profile(dict(stored.profile), source=f"profile stored with {what} {stored.id}")
 
 
-def stored_geometry(store: "Store", calibration_id: int) -> tuple[RigGeometry, Profile]:
+def stored_rig(store: "Store", calibration_id: int) -> CalibratedRig:
     """Return what a calibration found, and the rig that it is of.
 
     Raises:
@@ -154,7 +163,7 @@ def stored_geometry(store: "Store", calibration_id: int) -> tuple[RigGeometry, P
         StoreError: there is no such calibration.
     """
     stored = store.calibration(calibration_id)
-    return geometry_from_json(stored.geometry), stored_profile(stored)
+    return CalibratedRig(stored_profile(stored), geometry_from_json(stored.geometry))
 
 
 def new_folder(store: "Store", kind: str, rig: str) -> Path:

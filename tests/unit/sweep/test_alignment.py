@@ -131,8 +131,8 @@ def test_cameras_and_stage_are_compared() -> None:
     plain, calibrated = both_kinds()
     assert calibration_use([], plain) is None
     taken = stops(calibrated, board_deg=(0.0, 0.0), stage_deg=(0.0, 0.0))
+    assert isinstance(calibrated, CalibratedOptics)
     rectification = calibrated.rectification
-    assert rectification is not None
     law = rectification.inverse_law_px_mm
     off = [
         replace(s, point=replace(s.point, slope_px=law / (1.001 * z) - rectification.infinity_px))
