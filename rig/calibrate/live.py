@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Generator, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from typing import Protocol
 
 import numpy as np
 
@@ -10,6 +9,7 @@ from rig.calibrate.pictures import Picture
 from rig.calibrate.sight import Sighted, sight
 from rig.devices import Camera, Clock
 from rig.geometry.sighting import Sighting
+from rig.progress import Progress
 from rig.targets import Target
 
 STILL_PX = 0.3
@@ -18,14 +18,6 @@ _NEW_SHARE = 0.04
 """A pose is new if corners moved by this share of the picture's width since every kept one."""
 _PAUSE_S = 0.3
 """Between two pictures of which the second shows whether the target rests."""
-
-
-class Watcher(Protocol):
-    """Hears of every picture, kept or not."""
-
-    def __call__(self, sighted: Sighted, *, moving: bool) -> None:
-        """Take note."""
-        ...
 
 
 def held_pictures(
@@ -37,7 +29,7 @@ def held_pictures(
     first: int,
     timeout_s: float,
     patience_s: float,
-    watch: Watcher,
+    progress: Progress,
     held: Callable[[], AbstractContextManager[None]] = nullcontext,
 ) -> Generator[tuple[Picture, Sighted]]:
     """Yield pictures in which a target rests where it has not been yet.
@@ -52,7 +44,7 @@ def held_pictures(
         first: number of the first new picture.
         timeout_s: longest wait for a multi-view.
         patience_s: ends when nothing new has come for so long.
-        watch: hears of every picture.
+        progress: told of every picture, kept or not, how many are kept.
         held: context in which an interrupt waits until the picture is stored.
     """
     taken = list(kept)
@@ -63,7 +55,8 @@ def held_pictures(
             picture = Picture(number, camera.grab(timeout_s))
             now = sight(picture, target)
             moving = before is None or motion_px(before, now) > STILL_PX
-            watch(now, moving=moving)
+            shown = f"target in {len(now.views)} of {len(now.found)} views"
+            progress(len(taken), f"{shown}, moving" if moving else shown)
             if now.views and not moving and _is_new(now, taken):
                 taken.append(now)
                 yield picture, now

@@ -6,13 +6,13 @@ from pathlib import Path
 from rig.capture.live import Measured
 from rig.depth import write_bytes, write_depth_png, write_label_png, write_pfm
 from rig.errors import StoreError
-from rig.optics.rectifier import Rectifier
+from rig.stored import Run
 
 
 class CaptureFolder:
     """Writes what a capture measures; every file appears whole or not at all."""
 
-    def __init__(self, folder: Path, rectifier: Rectifier, curve_id: int | None) -> None:
+    def __init__(self, folder: Path, run: Run) -> None:
         self.folder = folder
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -22,11 +22,10 @@ class CaptureFolder:
                 f"capture folder {folder}: cannot be written: {error.strerror}",
                 advice="choose another one with --out",
             ) from error
-        self._rectifier = rectifier
-        self._curve_id = curve_id
-        if rectifier.rectification is not None:
-            camera = json.dumps(rectifier.rectification.camera_json(), indent=2)
-            write_bytes(folder / "camera.json", camera.encode())
+        self._run = run
+        camera = run.optics.camera_json()
+        if camera is not None:
+            write_bytes(folder / "camera.json", json.dumps(camera, indent=2).encode())
 
     def write(self, measured: Measured) -> None:
         """Write all maps of one multi-view and its line in `frames.jsonl`.
@@ -61,9 +60,9 @@ class CaptureFolder:
         multiview = measured.multiview
         return {
             "frame": measured.index,
-            "rig": self._rectifier.profile.name,
-            "curve": self._curve_id,
-            "calibration": self._rectifier.calibration_id,
+            "rig": self._run.profile.name,
+            "curve": None if self._run.curve is None else self._run.curve.id,
+            "calibration": self._run.optics.calibration_id,
             "sigma_unit": "px per view step" if measured.depth is None else "mm",
             "timestamp_s": multiview.timestamp_s,
             "skew_s": multiview.skew_s,

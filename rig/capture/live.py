@@ -8,14 +8,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rig.capture.frozen import frozen_views
-from rig.curve import Curve
 from rig.depth import DepthMap, depth_from_slopes
 from rig.devices import Camera
 from rig.epipolar import Placement, SlopeMap, SlopePrior, estimate_slopes
 from rig.epipolar.mending.mending import Mending
 from rig.epipolar.mending.usable import moving_views
 from rig.frames import MultiView
-from rig.optics.rectifier import Rectifier
+from rig.stored import Run
 
 _MOTION_PX = np.float32(0.2)
 """1 sigma of what a slope may change from one multi-view to the next and still be followed."""
@@ -32,6 +31,17 @@ class Measured:
     latency_s: float
     """From the moment the camera handed the multi-view over until its depth was ready."""
 
+    @property
+    def valid_share(self) -> float:
+        """Share of the pixels with an answer: a depth where a curve is known, else a slope."""
+        label = self.slopes.label if self.depth is None else self.depth.label
+        return float((label > 0).mean())
+
+    def line(self) -> str:
+        """Say for a person how it went."""
+        valid_pct = 100.0 * self.valid_share
+        return f"answer at {valid_pct:.1f} % of the pixels, {1e3 * self.latency_s:.0f} ms"
+
 
 @dataclass(slots=True)
 class CaptureTally:
@@ -47,8 +57,7 @@ class CaptureTally:
         """Count one measured multi-view."""
         self.latencies_s.append(measured.latency_s)
         self.skews_s.append(measured.multiview.skew_s)
-        valid = measured.slopes.label > 0 if measured.depth is None else measured.depth.label > 0
-        self.valid_shares.append(float(valid.mean()))
+        self.valid_shares.append(measured.valid_share)
 
     @property
     def valid_pct(self) -> float:
@@ -56,10 +65,8 @@ class CaptureTally:
         return 100.0 * statistics.fmean(self.valid_shares) if self.valid_shares else float("nan")
 
 
-def run_capture(
-    rectifier: Rectifier, camera: Camera, curve: Curve | None, tally: CaptureTally
-) -> Iterator[Measured]:
-    """Yield slopes and depth of every multi-view that the camera streams.
+def run_capture(run: Run, camera: Camera, tally: CaptureTally) -> Iterator[Measured]:
+    """Yield slopes of every multi-view that the camera streams, and depth where there is a curve.
 
     The slopes of one multi-view are the hypothesis for the next: only their neighbourhood is
     searched, all of the range where they are contradicted or unknown. A scene that jumps is right
@@ -80,7 +87,7 @@ def run_capture(
         DeviceError: the camera failed.
         SlopeError: the images give no slopes at all, or the reference view is frozen.
     """
-    profile = rectifier.profile
+    profile, optics = run.profile, run.optics
     index = 0
     hypothesis: SlopePrior | None = None
     placement: Placement | None = None
@@ -91,13 +98,13 @@ def run_capture(
         if multiview.skew_s > profile.camera.max_skew_s:
             tally.skewed += 1
             continue
-        views = rectifier.views([frame.image for frame in multiview.frames])
+        views = optics.views([frame.image for frame in multiview.frames])
         views = replace(views, mending=mending)
         if placement is not None:
             views = views.placed(placement)
         views, warnings = moving_views(views, frozen_views(last, multiview))
         last = multiview
-        slopes = rectifier.answered(estimate_slopes(views, profile.slopes.range_px, hypothesis))
+        slopes = optics.answered(estimate_slopes(views, profile.slopes.range_px, hypothesis))
         slopes = replace(slopes, warnings=warnings + slopes.warnings)
         if slopes.placement is not None and len(slopes.placement.steps) == len(multiview.frames):
             placement = slopes.placement
@@ -105,10 +112,10 @@ def run_capture(
             mending = slopes.mending
         hypothesis = SlopePrior(slopes.slope_px, np.maximum(slopes.sigma_px, _MOTION_PX))
         depth = None
-        if curve is not None:
-            on_axis = replace(slopes, slope_px=rectifier.axis_slopes_px(slopes.slope_px))
+        if run.curve is not None:
+            on_axis = replace(slopes, slope_px=optics.axis_slopes_px(slopes.slope_px))
             max_sigma_pct = profile.quality.depth_sigma_pct
-            depth = depth_from_slopes(on_axis, curve, max_sigma_pct=max_sigma_pct)
+            depth = depth_from_slopes(on_axis, run.curve.curve, max_sigma_pct=max_sigma_pct)
         measured = Measured(index, multiview, slopes, depth, time.perf_counter() - begun_s)
         tally.add(measured)
         index += 1

@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from rig.capture.live import Measured
 from rig.depth import write_bytes
-from rig.optics.rectifier import Rectifier
+from rig.stored import Run
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _STRIP_PX = 34
 _BAR_PX = 200
 
 
-def write_picture(path: Path, measured: Measured, rectifier: Rectifier) -> Path:
+def write_picture(path: Path, measured: Measured, run: Run) -> Path:
     """Write the reference image beside its depth (or slope) in colour, with a scale.
 
     Near is warm and far is cool; grey has no answer.
@@ -23,9 +23,9 @@ def write_picture(path: Path, measured: Measured, rectifier: Rectifier) -> Path:
     Raises:
         StoreError: the file cannot be written.
     """
-    reference = rectifier.profile.reference
+    reference = run.profile.reference
     frame = measured.multiview.frames[reference]
-    image = rectifier.pictures(measured.multiview.stack())[reference]
+    image = run.optics.pictures(measured.multiview.stack())[reference]
     if image.dtype != np.uint8:
         image = cv2.convertScaleAbs(image, alpha=255.0 / frame.full_scale)
     left = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)

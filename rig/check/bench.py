@@ -11,7 +11,7 @@ from rig.epipolar.board.fit import fit_board_slope
 from rig.epipolar.board.slope import BoardSlope
 from rig.errors import DeviceError, SlopeError, TargetError, ViewSkewError
 from rig.frames import MultiView
-from rig.optics.rectifier import Rectifier
+from rig.optics.optics import Optics
 from rig.profile import Profile, SweepConfig
 from rig.targets import Target
 
@@ -43,17 +43,13 @@ class Seen:
 class Bench:
     """Both devices of a rig, and what a sweep would do with them."""
 
-    rectifier: Rectifier
+    profile: Profile
+    optics: Optics
     board: Target
     config: SweepConfig
     stage: Stage
     camera: Camera
     clock: Clock
-
-    @property
-    def profile(self) -> Profile:
-        """The rig."""
-        return self.rectifier.profile
 
     def go(self, position_mm: float) -> float:
         """Move and settle as a sweep would; return the position read back."""
@@ -65,7 +61,7 @@ class Bench:
         """Move, settle, grab once, and find the board."""
         reached_mm = self.go(position_mm)
         multiview = self.camera.grab(self.profile.camera.timeout_s)
-        return see(self.rectifier, self.board, multiview, reached_mm)
+        return see(self.optics, self.board, multiview, reached_mm)
 
     def arrivals(self, position_mm: float, step_mm: float, count: int) -> Iterator[Arrival]:
         """Come to one position again and again, from the near and the far side in turn."""
@@ -82,12 +78,12 @@ class Bench:
             )
 
 
-def see(rectifier: Rectifier, board: Target, multiview: MultiView, reached_mm: float) -> Seen:
+def see(optics: Optics, board: Target, multiview: MultiView, reached_mm: float) -> Seen:
     """Find the board in every view, and its slope."""
     sightings = tuple(see_board(frame.image, board) for frame in multiview.frames)
     slope: BoardSlope | None
     try:
-        slope = fit_board_slope(rectifier.board_views(multiview.stack()), sightings)
+        slope = fit_board_slope(optics.board_views(multiview.stack()), sightings)
     except (TargetError, SlopeError):  # the sightings tell why
         slope = None
     return Seen(reached_mm, multiview, sightings, slope)

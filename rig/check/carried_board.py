@@ -8,10 +8,10 @@ from rig.check.items import Item, failed
 from rig.check.reach import Reach, Sighted, judge_reach, predict_reach
 from rig.check.span import ends_mm, middle_mm, plan_mm
 from rig.check.stage import judge_repeatability, repeatability
-from rig.curve import Curve
 from rig.errors import DeviceError, RigError
-from rig.optics.rectifier import Rectifier
+from rig.optics.optics import Optics
 from rig.profile import Profile
+from rig.stored import RunCurve
 from rig.targets.corners import Corners
 
 ARRIVALS = 10
@@ -20,18 +20,16 @@ STEP_MM = 40.0
 """How far the stage goes away between two arrivals."""
 
 
-def judge_over_travel(
-    bench: Bench, middle: Seen, curve: tuple[int, Curve] | RigError
-) -> Iterator[Item]:
+def judge_over_travel(bench: Bench, middle: Seen, curve: RunCurve | RigError) -> Iterator[Item]:
     """Carry the board through the plan and judge what depends on where it stands.
 
     Args:
         bench: homed.
         middle: the board in the middle of the plan.
-        curve: number and newest curve of the rig, or why there is none.
+        curve: newest of the rig, or why there is none.
     """
     profile = bench.profile
-    yield judge_drift(bench.rectifier, middle, curve)
+    yield judge_drift(profile, bench.optics, middle, curve)
     near_mm, far_mm = ends_mm(profile)
     try:
         near, far = bench.look(near_mm), bench.look(far_mm)
@@ -71,17 +69,17 @@ def judge_seen(profile: Profile, seen: Sequence[Seen]) -> Item:
     )
 
 
-def judge_drift(rectifier: Rectifier, seen: Seen, curve: tuple[int, Curve] | RigError) -> Item:
+def judge_drift(profile: Profile, optics: Optics, seen: Seen, curve: RunCurve | RigError) -> Item:
     """Judge the newest curve by one picture of the board at a known distance."""
     if seen.slope is None:
         return Item("curve", "skip", "needs the slope of the board")
-    slope_px, _, _ = rectifier.axis_plane(seen.slope.plane, seen.slope.centre_px)
-    if not isinstance(curve, RigError) and curve[1].field is not None:
-        slope_px -= curve[1].field.slope_px(*seen.slope.centre_px)
+    slope_px, _, _ = optics.axis_plane(seen.slope.plane, seen.slope.centre_px)
+    if not isinstance(curve, RigError) and curve.curve.field is not None:
+        slope_px -= curve.curve.field.slope_px(*seen.slope.centre_px)
     return judge_curve(
         curve,
-        rectifier.profile,
-        distance_mm=rectifier.distance_mm(seen.reached_mm),
+        profile,
+        distance_mm=optics.distance_mm(seen.reached_mm),
         slope_px=slope_px,
         sigma_px=seen.slope.sigma_px,
     )

@@ -3,16 +3,16 @@
 import numpy as np
 
 from rig.check.items import Item
-from rig.curve import Curve
 from rig.errors import RigError
 from rig.profile import Profile
+from rig.stored import RunCurve
 
 SURE = 3.0
 """Sigmas within which a difference is chance."""
 
 
 def judge_curve(
-    curve: tuple[int, Curve] | RigError,
+    curve: RunCurve | RigError,
     profile: Profile,
     *,
     distance_mm: float,
@@ -22,7 +22,7 @@ def judge_curve(
     """Compare the depth of the board by the newest curve with where the stage says it is.
 
     Args:
-        curve: number and curve of this rig, or why there is none to compare with.
+        curve: of this rig, or why there is none to compare with.
         profile: the rig; its quality gates say how much error is allowed.
         distance_mm: position of the stage.
         slope_px: slope of the board there, px per view step.
@@ -30,7 +30,7 @@ def judge_curve(
     """
     if isinstance(curve, RigError):
         return Item("curve", "skip", f"nothing to compare with: {curve.found}", curve.advice)
-    number, law = curve
+    number, law = curve.id, curve.curve
     depth_mm = float(law.depth_mm(np.array([slope_px]))[0])
     sigma_mm = float(law.depth_sigma_mm(np.array([slope_px]), np.array([sigma_px]))[0])
     if not np.isfinite(depth_mm):

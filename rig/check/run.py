@@ -1,60 +1,55 @@
 """One check from devices to items: what is measured, in which order, and what depends on what."""
 
-from collections.abc import Callable, Generator, Iterator
-from dataclasses import dataclass
+from collections.abc import Generator, Iterator
 
 from rig.check.arrangement import judge_arrangement
 from rig.check.bench import Bench, Stills, see, take_stills, take_stream
 from rig.check.carried_board import judge_drift, judge_over_travel, judge_seen
-from rig.check.geometry_drift import GeometryDrift
 from rig.check.items import Item, failed
+from rig.check.request import CheckRequest, check_request
 from rig.check.scene import judge_scene
 from rig.check.span import middle_mm, plan_mm
 from rig.check.stage import judge_travel
-from rig.check.storage import judge_database, judge_room
+from rig.check.storage import judge_room
 from rig.check.timing import asked_rate_hz, judge_drops, judge_rate, judge_skew
-from rig.curve import Curve
 from rig.devices import Camera, Clock, Stage
 from rig.errors import DeviceError, RigError, ViewSkewError
 from rig.frames import MultiView
-from rig.hardware.opening import Answers
-from rig.optics.rectifier import Rectifier
+from rig.hardware.opening import Answers, open_what_answers
+from rig.interrupts import Interrupts
 from rig.optics.target import target_of
-from rig.profile import FolderCameraConfig, Profile, RecordingCameraConfig
+from rig.profile import Profile
+from rig.progress import Tell
 from rig.standstill import stopped
+from rig.stored import Run, RunChoice
 
 STILLS = 16
 """Multi-views of the board at rest: the noise of each view is then known within 1 %."""
-_STORED = FolderCameraConfig | RecordingCameraConfig
-"""Cameras whose pictures are not repeated ones of one scene."""
 MOVING = ("settling", "curve", "reach", "repeatability")
 """Items that need the board at a known distance."""
 
 
-@dataclass(frozen=True, slots=True)
-class CheckRequest:
-    """What a check is to look at."""
-
-    rectifier: Rectifier
-    """Of the rig, with its calibration if it has one."""
-    database: str | None
-    """URL, as for every verb."""
-    moves: bool
-    """Whether the stage may be moved, where the profile allows it as well."""
-    curve: tuple[int, Curve] | RigError
-    """Number and newest curve of the rig, or why there is none."""
-    geometry_drift: GeometryDrift | None = None
-    """Compares a picture with the stored geometric calibration; None where there is none."""
-
-    @property
-    def profile(self) -> Profile:
-        """The rig."""
-        return self.rectifier.profile
-
-
-def check_rig(
-    request: CheckRequest, answers: Answers, tell: Callable[[str], None]
+def check_on_rig(
+    profile: Profile, choice: RunChoice, tell: Tell, *, moves: bool
 ) -> Generator[Item]:
+    """Look up what the rig uses, open what answers of its devices, and yield every answer.
+
+    Args:
+        profile: the rig.
+        choice: which calibration; the curve is the newest of the rig.
+        tell: told how the check ended, where that was early.
+        moves: whether the stage may be moved, where the profile allows it as well.
+
+    Raises:
+        ConfigError: the calibration does not fit the rig.
+        StoreError: there is no such calibration as was asked for.
+    """
+    request = check_request(profile, choice, moves=moves)
+    with Interrupts(), open_what_answers(profile) as answers:
+        yield from check_rig(request, answers, tell)
+
+
+def check_rig(request: CheckRequest, answers: Answers, tell: Tell) -> Generator[Item]:
     """Yield the answer to every question of the pre-flight as soon as it is known.
 
     Faults of devices become items and never end the check. Whatever ends it early leaves the stage
@@ -75,7 +70,7 @@ def _on_paper(request: CheckRequest) -> Iterator[Item]:
     yield judge_arrangement(profile)
     if profile.stage is not None and profile.sweep is not None:
         yield judge_travel(plan_mm(profile), profile.stage.travel_mm)
-    yield judge_database(request.database)
+    yield request.database
 
 
 def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
@@ -85,7 +80,7 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
     if isinstance(camera, RigError):
         yield failed("camera", camera)
         return
-    bench = _bench(request.rectifier, stage, camera, clock)
+    bench = _bench(request.run, stage, camera, clock)
     reached_mm: float | None = None
     if bench is not None:
         try:
@@ -93,7 +88,7 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
         except DeviceError as error:
             yield failed("move", error)
             bench = None
-    count = 1 if isinstance(profile.camera, _STORED) else STILLS
+    count = 1 if profile.camera.is_stored else STILLS
     stills = take_stills(camera, count, profile.camera.timeout_s)
     yield _camera_item(camera, stills)
     if stills.failure is None or isinstance(stills.failure, ViewSkewError):
@@ -103,9 +98,9 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
     taken = stills.multiviews
     yield from judge_scene(profile, camera.identity, taken, at_mm=reached_mm)
     if profile.sweep is not None:
-        yield judge_room(profile, request.database, taken[0])
+        yield judge_room(profile, request.url, taken[0])
     if bench is not None and reached_mm is not None:
-        middle = see(request.rectifier, bench.board, taken[0], reached_mm)
+        middle = see(request.run.optics, bench.board, taken[0], reached_mm)
         yield from judge_over_travel(bench, middle, request.curve)
     else:
         yield from _standing(request, answers.stage, taken[0])
@@ -134,13 +129,13 @@ def _ready_stage(
     return Item("stage", "pass", f"{named}; homed"), stage
 
 
-def _bench(rectifier: Rectifier, stage: Stage | None, camera: Camera, clock: Clock) -> Bench | None:
+def _bench(run: Run, stage: Stage | None, camera: Camera, clock: Clock) -> Bench | None:
     """Join what a sweep would use; None where a part of it is missing."""
-    target, config = rectifier.profile.target, rectifier.profile.sweep
+    target, config = run.profile.target, run.profile.sweep
     if stage is None or target is None or config is None:
         return None
     board = target_of(target)
-    return Bench(rectifier, board, config, stage, camera, clock)
+    return Bench(run.profile, run.optics, board, config, stage, camera, clock)
 
 
 def _camera_item(camera: Camera, stills: Stills) -> Item:
@@ -186,8 +181,8 @@ def _standing(
         yield from (Item(name, "skip", str(error)) for name in MOVING[1:])
         return
     board = target_of(target)
-    seen = see(request.rectifier, board, taken, position_mm)
-    yield judge_drift(request.rectifier, seen, request.curve)
+    seen = see(request.run.optics, board, taken, position_mm)
+    yield judge_drift(profile, request.run.optics, seen, request.curve)
     yield judge_seen(profile, [seen])
     yield Item("repeatability", "skip", "the stage was left alone")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rig.check.items import Item, failed
 from rig.check.span import plan_mm
-from rig.database import open_store
+from rig.database import Store
 from rig.database.location import locate
 from rig.errors import ConfigError, StoreError
 from rig.frames import MultiView
@@ -50,19 +50,18 @@ def judge_room(profile: Profile, url: str | None, multiview: MultiView) -> Item:
     return Item("disk", "pass", found, "", numbers)
 
 
-def judge_database(url: str | None) -> Item:
-    """Judge whether the database opens and its folder of frames takes a file."""
+def judge_database(store: Store) -> Item:
+    """Judge whether the open database takes a transaction, and its folder of frames a file."""
     try:
-        with open_store(url, absent="empty") as store:
-            folder = store.frames
-            if not store.exists:
-                return _judge_place(folder)
-            sweeps = len(store.sweeps())
-            probe = folder / f".check-{os.getpid()}"
-            folder.mkdir(parents=True, exist_ok=True)
-            probe.write_bytes(b"rig")
-            probe.unlink()
-            store.require_writable()
+        folder = store.frames
+        if not store.exists:
+            return _judge_place(folder)
+        sweeps = len(store.sweeps())
+        probe = folder / f".check-{os.getpid()}"
+        folder.mkdir(parents=True, exist_ok=True)
+        probe.write_bytes(b"rig")
+        probe.unlink()
+        store.require_writable()
     except StoreError as error:
         return failed("database", error)
     except OSError as error:

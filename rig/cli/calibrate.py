@@ -85,14 +85,15 @@ def calibrate(
     after Ctrl-C or a crash `--resume` goes on. Ends with the depth error that the calibration
     alone causes; exit code 3 says that the calibration is weak, and why.
     """
+    from rig.calibrate.calibrate import CalibrateRequest, run_calibration
     from rig.calibrate.frames import stored_pictures
-    from rig.calibrate.run import CalibrateRequest, run_calibration
     from rig.calibrate.solve import SolveChoices
+    from rig.calibrate.take import Operator
     from rig.cli.progress import Progress
     from rig.database import open_store
-    from rig.geometry.rig_geometry_json import geometry_from_json
     from rig.interrupts import Interrupts
     from rig.profile.load import load_profile
+    from rig.stored import stored_rig
 
     if fix is not Held.NONE and start is None:
         raise typer.BadParameter(f"--fix {fix.value}: give the calibration with --start")
@@ -100,7 +101,7 @@ def calibrate(
     if frames:
         profile = stored_pictures(profile, frames, Path.cwd())
     with open_store(database) as store:
-        begin = None if start is None else geometry_from_json(store.calibration(start).geometry)
+        begin = None if start is None else stored_rig(store, start).geometry
         request = CalibrateRequest(
             profile,
             SolveChoices(lens=lens.value, start=begin, fixed=fix.value),
@@ -110,7 +111,8 @@ def calibrate(
         )
         try:
             with Interrupts() as interrupts, Progress(None) as progress:
-                result = run_calibration(request, store, interrupts, progress.report, tell)
+                operator = Operator(interrupts, progress.report, tell)
+                result = run_calibration(request, store, operator)
         except KeyboardInterrupt:
             tell(f"interrupted; the pictures are kept: rig calibrate {profile_name} --resume")
             raise typer.Exit(130) from None

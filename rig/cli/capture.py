@@ -17,7 +17,7 @@ from rig.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from rig.capture.run import CaptureSummary
+    from rig.capture.capture import CaptureSummary
 
 
 def capture(
@@ -66,25 +66,22 @@ def capture(
     PNG in mm, labels, and one line in frames.jsonl. Depth counts from the optical centre of the
     reference camera along its axis. Ctrl-C ends an endless capture.
     """
-    from rig.capture.run import CaptureRequest, capture_depth
+    from rig.capture.capture import CaptureRequest
+    from rig.capture.on_rig import capture_on_rig
     from rig.cli.output import show_json, tell
-    from rig.cli.progress import FrameProgress
-    from rig.cli.stored import find_curve, find_rectifier, new_folder
-    from rig.hardware.opening import open_camera
+    from rig.cli.progress import Progress
     from rig.profile.load import load_profile
+    from rig.stored import RunChoice, curve_choice
 
     profile = load_profile(profile_name, overrides or ())
-    rectifier = find_rectifier(profile, calibration, database)
-    curve = None if slopes_only else find_curve(rectifier, curve_id, database)
-    if out is None and (frames is not None or seconds is not None):
-        out = new_folder(database, "captures", profile.name)
+    choice = RunChoice(database, calibration, curve_choice(curve_id, slopes_only=slopes_only))
     request = CaptureRequest(frames=frames, duration_s=seconds, folder=out, recording=record)
-    with open_camera(profile) as (camera, _), FrameProgress(frames) as progress:
-        summary = capture_depth(rectifier, request, camera, curve, on_frame=progress.update)
+    with Progress(frames) as progress:
+        summary = capture_on_rig(profile, choice, request, progress.report)
     if as_json:
-        show_json(summary.as_dict())
+        show_json(_as_dict(summary))
     else:
-        _show(summary, None if curve is None else curve[0])
+        _show(summary)
     if summary.is_interrupted:
         raise typer.Exit(130)
     if summary.failed_gate is not None:
@@ -92,19 +89,37 @@ def capture(
         raise typer.Exit(3)
 
 
-def _show(summary: "CaptureSummary", curve_id: int | None) -> None:
+def _as_dict(summary: "CaptureSummary") -> dict[str, object]:
+    latency_s, skew_s = summary.latency_s, summary.skew_s
+    return {
+        "frames": summary.frames,
+        "fps": summary.frames_per_s,
+        "latency_ms": {"p50": 1e3 * latency_s.median, "p95": 1e3 * latency_s.p95},
+        "dropped": sum(summary.dropped.values()),
+        "dropped_by_reason": dict(summary.dropped),
+        "valid_pct": summary.valid_pct,
+        "skew_ms": {
+            "p50": 1e3 * skew_s.median,
+            "p95": 1e3 * skew_s.p95,
+            "max": 1e3 * skew_s.largest,
+        },
+        "out": None if summary.folder is None else str(summary.folder),
+    }
+
+
+def _show(summary: "CaptureSummary") -> None:
     from rig.cli.output import show
 
-    what = "slopes" if curve_id is None else f"depth (curve {curve_id})"
+    what = "slopes" if summary.curve_id is None else f"depth (curve {summary.curve_id})"
     show(
         f"{summary.frames} multi-views, {what}: {summary.frames_per_s:.1f} per s, "
-        f"latency {1e3 * summary.latency_s[0]:.0f} ms median, "
-        f"{1e3 * summary.latency_s[1]:.0f} ms 95th percentile"
+        f"latency {1e3 * summary.latency_s.median:.0f} ms median, "
+        f"{1e3 * summary.latency_s.p95:.0f} ms 95th percentile"
     )
     lost = ", ".join(f"{count} {reason}" for reason, count in summary.dropped.items() if count)
     show(
         f"answer at {summary.valid_pct:.1f} % of the pixels; "
-        f"skew at most {1e3 * summary.skew_s[2]:.2f} ms; dropped: {lost or 'none'}"
+        f"skew at most {1e3 * summary.skew_s.largest:.2f} ms; dropped: {lost or 'none'}"
     )
     if summary.folder is not None:
         show(f"maps in {summary.folder}; a picture of the last one: {summary.picture}")

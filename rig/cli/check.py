@@ -2,6 +2,7 @@
 
 import shutil
 import textwrap
+from contextlib import closing
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -33,29 +34,15 @@ def check(
     and moved, unless --no-move or the profile forbids it. Exit code 3 says that an item fails.
     """
     from rig.check.items import worst
-    from rig.check.run import CheckRequest, check_rig
-    from rig.cli.stored import curve_or_reason, drift_against, find_rectifier
-    from rig.errors import StoreError
-    from rig.hardware.opening import open_what_answers
-    from rig.interrupts import Interrupts
-    from rig.optics.rectifier import Rectifier
+    from rig.check.run import check_on_rig
     from rig.profile.load import load_profile
+    from rig.stored import RunChoice
 
     profile = load_profile(profile_name, overrides or ())
-    try:
-        rectifier = find_rectifier(profile, calibration, database)
-        drift = drift_against(profile, calibration, database)
-    except StoreError:
-        if calibration is not None:
-            raise
-        rectifier, drift = Rectifier(profile), None  # the item about the database tells why
-    curve = curve_or_reason(rectifier, database)
-    request = CheckRequest(
-        rectifier, database, moves=not no_move, curve=curve, geometry_drift=drift
-    )
+    choice = RunChoice(database, calibration)
     items: list[Item] = []
-    with Interrupts(), open_what_answers(profile) as answers:
-        for item in check_rig(request, answers, tell):
+    with closing(check_on_rig(profile, choice, tell, moves=not no_move)) as answers:
+        for item in answers:
             items.append(item)
             if not as_json:
                 _show(item)

@@ -66,26 +66,16 @@ def compare(
         raise typer.BadParameter("--slopes-only uses neither --curve nor --sweep")
     from rig.cli.output import show_json
     from rig.cli.progress import Progress
-    from rig.cli.stored import find_curve, find_rectifier, new_folder
-    from rig.compare.run import CompareRequest, compare_methods
-    from rig.database import open_store
-    from rig.hardware.opening import open_camera
+    from rig.compare.compare import CompareRequest, compare_on_rig
     from rig.profile.load import load_profile
+    from rig.stored import RunChoice, curve_choice
 
     profile = load_profile(profile_name, overrides or ())
-    rectifier = find_rectifier(profile, calibration, database)
-    request = CompareRequest(
-        frames=frames,
-        curve=None if slopes_only else find_curve(rectifier, curve_id, database),
-        sweep_id=sweep_id,
-        folder=out or new_folder(database, "comparisons", profile.name),
-    )
-    with (
-        open_store(database, absent="empty") as store,
-        open_camera(profile) as (camera, _),
-        Progress(None) as progress,
-    ):
-        comparison = compare_methods(rectifier, request, camera, store, progress.report)
+    choice = RunChoice(database, calibration, curve_choice(curve_id, slopes_only=slopes_only))
+    with Progress(None) as progress:
+        comparison = compare_on_rig(
+            profile, choice, CompareRequest(frames, sweep_id, out), progress.report
+        )
     if as_json:
         show_json(comparison.as_dict())
     else:

@@ -15,7 +15,7 @@ def fit(
     from rig.cli.progress import Progress
     from rig.database import open_store
     from rig.report import write_report
-    from rig.sweep.run import measure_again
+    from rig.sweep.measure_again import measure_again
 
     with open_store(database, absent="refused") as store:
         total = len(store.samples(sweep_id))

@@ -3,12 +3,9 @@
 import sys
 import time
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 from rig.cli.output import tell, tell_raw
-
-if TYPE_CHECKING:
-    from rig.capture.live import CaptureTally, Measured
 
 _LINE_EVERY_S = 2.0
 
@@ -62,15 +59,3 @@ class Progress:
             return ""
         left_s = (now_s - first_s) / (done - first) * (self._total - done)
         return f", {left_s // 60:.0f} min {left_s % 60:.0f} s left"
-
-
-class FrameProgress(Progress):
-    """Progress of a capture."""
-
-    def update(self, measured: "Measured", tally: "CaptureTally") -> None:
-        """Show the newest multi-view."""
-        self.report(
-            measured.index + 1,
-            f"answer at {100.0 * tally.valid_shares[-1]:.1f} % of the pixels, "
-            f"{1e3 * measured.latency_s:.0f} ms",
-        )

@@ -95,8 +95,9 @@ def sweep(
     from rig.hardware.opening import open_hardware
     from rig.profile.load import load_profile
     from rig.report import write_report
+    from rig.sweep.job import new_sweep, resumed_sweep
     from rig.sweep.request import SweepRequest, plan_of, planned_times
-    from rig.sweep.run import new_sweep, resumed_sweep, sweep_and_conclude
+    from rig.sweep.sweep import sweep_and_conclude
 
     more = more or []
     if more and not (resume or at_mm):
@@ -119,7 +120,7 @@ def sweep(
             if resume
             else new_sweep(store, profile, request, calibration)
         )
-        with open_hardware(job.profile) as hardware, Progress(job.total) as progress:
+        with open_hardware(job.run.profile) as hardware, Progress(job.total) as progress:
             result = sweep_and_conclude(job, hardware, store, progress.report, tell)
         write_report(store, result)
     show_result(result, as_json=as_json)

@@ -13,8 +13,10 @@ from rig.curve import Curve
 from rig.epipolar import RectifiedViews, SlopePrior, estimate_slopes
 from rig.frames import MultiView
 from rig.measurement import Measurement
-from rig.optics.rectifier import Rectifier
+from rig.optics.optics import Optics
+from rig.progress import Progress
 from rig.records import Sample, SampleKey
+from rig.stored import Run
 
 WITH_PLANE = "rig, plane known"
 """Ours as a sweep runs it: the board's plane as a hypothesis."""
@@ -82,12 +84,12 @@ class Board:
 
 
 def compare_distances(
-    rectifier: Rectifier,
+    run: Run,
     curve: Curve,
     samples: Sequence[Sample],
     measurements: Mapping[SampleKey, Measurement],
     load: Callable[[Sample], MultiView],
-    show_progress: Callable[[int, str], None],
+    progress: Progress,
 ) -> tuple[BoardErrors, ...]:
     """Measure the board at every distance with every method.
 
@@ -96,45 +98,51 @@ def compare_distances(
     errors are those that remain when the period is known.
 
     Args:
-        rectifier: as the sweep was measured.
+        run: as the sweep was measured.
         curve: what turns slopes into distance.
         samples: of a sweep; the first with a board at each distance is used.
         measurements: of the samples.
         load: reads the images of a sample.
-        show_progress: told how many distances are done, and where.
+        progress: told how many distances are done, and where.
 
     Raises:
         SlopeError: the views hold no stereo pair.
         StoreError: an image is missing or damaged.
     """
+    optics, slope_range_px = run.optics, run.profile.slopes.range_px
     found: dict[float, BoardErrors] = {}
     for sample in samples:
         if sample.stop.distance_mm in found or sample.key not in measurements:
             continue
-        views = rectifier.views(load(sample).stack())
+        views = optics.views(load(sample).stack())
         board = Board.of(measurements[sample.key], views.shape)
         if board is None:
             continue
-        distance_mm = rectifier.distance_mm(sample.reached_mm)
-        errors = _at_distance(rectifier, views, board, curve, distance_mm)
+        distance_mm = optics.distance_mm(sample.reached_mm)
+        errors = _at_distance(optics, views, board, curve, distance_mm, slope_range_px)
         found[sample.stop.distance_mm] = errors
-        show_progress(len(found), f"board at {sample.reached_mm:.1f} mm")
+        progress(len(found), f"board at {sample.reached_mm:.1f} mm")
     return tuple(sorted(found.values(), key=lambda errors: errors.distance_mm))
 
 
 def _at_distance(
-    rectifier: Rectifier, views: RectifiedViews, board: Board, curve: Curve, distance_mm: float
+    optics: Optics,
+    views: RectifiedViews,
+    board: Board,
+    curve: Curve,
+    distance_mm: float,
+    slope_range_px: Span,
 ) -> BoardErrors:
     window_px = board.window_px(best_pair(views).baseline_steps)
     slopes = {method.name: method.run(views, window_px) for method in (OURS, *BASELINES)}
 
     def seen(slope_px: Map) -> Map:
-        return curve.without_field(rectifier.axis_slopes_px(slope_px))
+        return curve.without_field(optics.axis_slopes_px(slope_px))
 
     # What the tilt of the board, as the line fit has it, changes of the slope at its centre.
     u, v = board.centre_px
     tilt_px = seen(board.plane_px) - seen(board.plane_px)[round(v), round(u)]
-    slopes[WITH_PLANE] = _with_plane(views, board, rectifier.profile.slopes.range_px)
+    slopes[WITH_PLANE] = _with_plane(views, board, slope_range_px)
     return BoardErrors(
         distance_mm,
         window_px,

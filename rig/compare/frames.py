@@ -9,11 +9,10 @@ import numpy as np
 
 from rig.compare.baselines import BASELINES, FILLED, OURS, Map
 from rig.compare.pair import Span, best_pair
-from rig.curve import Curve
 from rig.epipolar import RectifiedViews
 from rig.errors import SlopeError
 from rig.frames import GreyImage, MultiView
-from rig.optics.rectifier import Rectifier
+from rig.stored import Run
 
 METHODS = (OURS, *BASELINES, *FILLED)
 _REPEATS = 3
@@ -52,35 +51,32 @@ class FrameComparison:
     """By method, of the first multi-view: depth in mm with a curve, else slope in px."""
 
 
-def compare_frames(
-    rectifier: Rectifier, multiviews: Iterable[MultiView], curve: Curve | None
-) -> FrameComparison:
+def compare_frames(run: Run, multiviews: Iterable[MultiView]) -> FrameComparison:
     """Run every method on every multi-view.
 
     Args:
-        rectifier: of the rig; all methods get its rectified views and search the
-            `slopes.range_px` of its profile.
+        run: the rig; all methods get its rectified views and search the `slopes.range_px` of its
+            profile. Without a curve slopes are compared only.
         multiviews: one or more.
-        curve: what turns slopes into depth; None compares slopes only.
 
     Raises:
         SlopeError: there was no multi-view, it holds no stereo pair, or images give no slopes.
     """
-    profile, taken = rectifier.profile, tuple(multiviews)
+    profile, taken = run.profile, tuple(multiviews)
     if not taken:
         raise SlopeError(
             f"asked {profile.name} for multi-views to compare on, none came whose views lie "
             f"within {1e3 * profile.camera.max_skew_s:.1f} ms",
             advice="check the camera and its sync",
         )
-    frames = [rectifier.views(multiview.stack()) for multiview in taken]
+    frames = [run.optics.views(multiview.stack()) for multiview in taken]
     pair = best_pair(frames[0])
     first_px, count = pair.disparities(profile.slopes.range_px)
     slopes, durations_s = _run_all(frames, profile.slopes.range_px)
     scores: list[FrameScore] = []
     for method in METHODS:
         found, ours = np.stack(slopes[method.name]), np.stack(slopes[OURS.name])
-        answers = [_answer(rectifier, curve, one) for one in found]
+        answers = [_answer(run, one) for one in found]
         gap_px = np.abs(found - ours) * pair.baseline_steps
         gap_px = gap_px[np.isfinite(gap_px)]
         scores.append(
@@ -99,16 +95,17 @@ def compare_frames(
         baseline_steps=pair.baseline_steps,
         disparities_px=(first_px, first_px + count - 1),
         scores=tuple(scores),
-        image=rectifier.pictures(taken[0].stack())[profile.reference],
-        maps={name: _answer(rectifier, curve, one) for name, one in shown.items()},
+        image=run.optics.pictures(taken[0].stack())[profile.reference],
+        maps={name: _answer(run, one) for name, one in shown.items()},
     )
 
 
-def _answer(rectifier: Rectifier, curve: Curve | None, slope_px: Map) -> Map:
+def _answer(run: Run, slope_px: Map) -> Map:
     """Depth of a map of slopes with a curve, the slopes themselves without one."""
-    if curve is None:
+    if run.curve is None:
         return slope_px
-    return curve.depth_mm(curve.without_field(rectifier.axis_slopes_px(slope_px)))
+    curve = run.curve.curve
+    return curve.depth_mm(curve.without_field(run.optics.axis_slopes_px(slope_px)))
 
 
 def _run_all(

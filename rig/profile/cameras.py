@@ -1,6 +1,6 @@
 """Cameras in a profile: one closed model per kind, told apart by `kind`."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -21,6 +21,9 @@ class NoiseConfig(Model):
 
 class CameraLimits(Model):
     """What every kind of camera has to keep."""
+
+    is_stored: ClassVar[bool] = False
+    """Whether pictures come from files: they end, each shows another scene, and no stage moves."""
 
     timeout_s: Positive = 3.0
     """Longest wait for one multi-view."""
@@ -47,6 +50,8 @@ class SimCameraConfig(CameraLimits):
 
 class FolderCameraConfig(CameraLimits):
     """Stored images instead of a device."""
+
+    is_stored: ClassVar[bool] = True
 
     kind: Literal["folder"]
     """Selects stored images."""
@@ -137,6 +142,8 @@ class OakCameraConfig(CameraLimits):
 
 class RecordingCameraConfig(CameraLimits):
     """A recording of `rig capture --record` instead of a device."""
+
+    is_stored: ClassVar[bool] = True
 
     kind: Literal["recording"]
     """Selects a recording."""

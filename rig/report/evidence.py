@@ -12,10 +12,11 @@ from rig.database import Store
 from rig.epipolar import RectifiedViews
 from rig.frames import GreyImage
 from rig.measurement import Measurement, Point
-from rig.optics.rectifier import Rectifier
+from rig.optics.optics import Optics
 from rig.profile import Profile
 from rig.records import Sample, SampleKey, StoredCurve, Sweep
-from rig.sweep.conclude import SweepResult, stored_profile, stored_rectifier
+from rig.stored import run_of_sweep
+from rig.sweep.conclude import SweepResult
 
 MOST_FAILURES_SHOWN = 3
 
@@ -78,22 +79,21 @@ def gather(store: Store, result: SweepResult) -> Evidence:
         ConfigError: the profile was written by a version with other keys.
     """
     sweep = store.sweep(result.sweep_id)
-    profile = stored_profile(sweep)
+    run = run_of_sweep(store, sweep)
     samples = store.samples(sweep.id)
     measurements = store.measurements(sweep.id)
-    rectifier = stored_rectifier(store, sweep)
     shown = _shown(samples, measurements, result.fit.best)
     return Evidence(
         sweep=sweep,
-        profile=profile,
+        profile=run.profile,
         result=result,
         stored_curve=store.curve(result.curve_id),
         samples=samples,
         measurements=measurements,
         pictures=tuple(
-            _picture(rectifier, store, sample, measurements[sample.key]) for sample in shown
+            _picture(run.optics, store, sample, measurements[sample.key]) for sample in shown
         ),
-        failures=_failures(store, profile, samples, measurements),
+        failures=_failures(store, run.profile, samples, measurements),
         frames_root=sweep.folder.relative_to(store.frames).as_posix(),
     )
 
@@ -122,14 +122,12 @@ def _is_found(measurement: Measurement) -> bool:
     return measurement.failure is None and all(places)
 
 
-def _picture(
-    rectifier: Rectifier, store: Store, sample: Sample, measurement: Measurement
-) -> Picture:
+def _picture(optics: Optics, store: Store, sample: Sample, measurement: Measurement) -> Picture:
     images = store.load(sample).stack()
     return Picture(
         sample=sample,
-        images=rectifier.pictures(images),
-        views=rectifier.views(images),
+        images=optics.pictures(images),
+        views=optics.views(images),
         centre_px=cast("Point", measurement.centre_px),
         plane=cast("tuple[float, float, float]", measurement.plane),
         corners_px=np.array(measurement.corners_px, np.float64),

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.curve import BoardTilt, FieldFit, fit_field
-from rig.optics.rectifier import Rectifier
+from rig.optics.optics import Optics
 from rig.sweep.points import StopResult
 
 Float = NDArray[np.float64]
@@ -73,7 +73,7 @@ class Alignment:
         return lines
 
 
-def board_field(stops: Sequence[StopResult], rectifier: Rectifier) -> FieldFit | None:
+def board_field(stops: Sequence[StopResult], optics: Optics) -> FieldFit | None:
     """Tell the tilt of the board from a field of the cameras; held-out stops take no part.
 
     None where too few stops show the tilt.
@@ -87,7 +87,7 @@ def board_field(stops: Sequence[StopResult], rectifier: Rectifier) -> FieldFit |
     centres = np.array([s.centre_px for s in used if s.centre_px is not None]).reshape(-1, 2)
     if not len(centres):
         return None
-    middle_px = rectifier.axis_px
+    middle_px = optics.axis_px
     if middle_px is None:
         across, down = centres.mean(axis=0).tolist()
         middle_px = (across, down)
@@ -96,42 +96,43 @@ def board_field(stops: Sequence[StopResult], rectifier: Rectifier) -> FieldFit |
 
 def measure_alignment(
     stops: Sequence[StopResult],
-    rectifier: Rectifier,
+    optics: Optics,
     field: FieldFit | None,
+    *,
+    pitch_mm: float,
     focal_px: float | None,
 ) -> Alignment:
     """Measure how board and stage stand; held-out stops take no part.
 
     Args:
         stops: of the sweep.
-        rectifier: what they were measured with.
+        optics: what they were measured with.
         field: what `board_field` found.
+        pitch_mm: view step of the rig.
         focal_px: focal length for rigs without a calibration; None leaves the stage unknown.
     """
-    board = None if field is None else _board(field, rectifier)
-    stage = _stage(_used(stops), rectifier, focal_px)
-    return Alignment(board, stage, rectifier.rectification is not None)
+    board = None if field is None else _board(field, optics, pitch_mm)
+    stage = _stage(_used(stops), optics, focal_px)
+    return Alignment(board, stage, optics.calibration_id is not None)
 
 
 def _used(stops: Sequence[StopResult]) -> list[StopResult]:
     return [s for s in stops if s.point is not None and s.point.role == "fit"]
 
 
-def _board(field: FieldFit, rectifier: Rectifier) -> Angles:
-    per_step = -np.array(field.tilt_mm) / rectifier.profile.pitch_mm
-    rise = rectifier.reference_directions(per_step)
-    sigma = np.array(field.tilt_sigma_mm) / rectifier.profile.pitch_mm
+def _board(field: FieldFit, optics: Optics, pitch_mm: float) -> Angles:
+    per_step = -np.array(field.tilt_mm) / pitch_mm
+    rise = optics.reference_directions(per_step)
+    sigma = np.array(field.tilt_sigma_mm) / pitch_mm
     right, down = np.degrees(np.arctan(rise)).tolist()
     first, second = np.degrees(sigma).tolist()
     return Angles(right, down, (first, second))
 
 
-def _stage(
-    stops: Sequence[StopResult], rectifier: Rectifier, focal_px: float | None
-) -> Angles | None:
+def _stage(stops: Sequence[StopResult], optics: Optics, focal_px: float | None) -> Angles | None:
     """Fit a straight way through the board's centres, (x, y) Z against Z."""
     places = [
-        (s.point.distance_mm, rectifier.ray(s.centre_px, focal_px))
+        (s.point.distance_mm, optics.ray(s.centre_px, focal_px))
         for s in stops
         if s.point is not None and s.centre_px is not None
     ]
@@ -146,7 +147,7 @@ def _stage(
     left = across_mm / distance_mm[:, None] - design @ found
     scatter = (left**2).sum(axis=0) / max(len(left) - 2, 1)
     variance = scatter * np.linalg.inv(design.T @ design)[1, 1]
-    sigma = np.degrees(np.sqrt(variance + rectifier.axis_variance_rad2))
+    sigma = np.degrees(np.sqrt(variance + optics.axis_variance_rad2))
     right, down = np.degrees(np.arctan(found[1])).tolist()
     return Angles(right, down, (float(sigma[0]), float(sigma[1])))
 

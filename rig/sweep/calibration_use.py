@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig.optics.rectifier import Rectifier
+from rig.optics.calibrated import CalibratedOptics
+from rig.optics.optics import Optics
 from rig.sweep.points import StopResult
 
 
@@ -52,11 +53,11 @@ class CalibrationUse:
         return lines
 
 
-def calibration_use(stops: Sequence[StopResult], rectifier: Rectifier) -> CalibrationUse | None:
+def calibration_use(stops: Sequence[StopResult], optics: Optics) -> CalibrationUse | None:
     """Return what the calibration meant for a sweep, None without one."""
-    rectification = rectifier.rectification
-    if rectification is None:
+    if not isinstance(optics, CalibratedOptics):
         return None
+    rectification = optics.rectification
     stage = rectification.geometry.stage
     points = [stop.point for stop in stops if stop.point is not None]
     known_mm = np.array([point.distance_mm for point in points])
@@ -64,7 +65,7 @@ def calibration_use(stops: Sequence[StopResult], rectifier: Rectifier) -> Calibr
     seen_mm = rectification.inverse_law_px_mm / (slopes_px + rectification.infinity_px)
     misses = seen_mm / known_mm - 1.0
     return CalibrationUse(
-        id=rectifier.calibration_id,
+        id=optics.calibration_id,
         stage=None
         if stage is None
         else (stage.scale, float(np.degrees(np.arccos(min(1.0, float(stage.axis[2])))))),

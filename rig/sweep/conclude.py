@@ -3,13 +3,10 @@
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from rig.calibrations import calibration_of
 from rig.curve import CurveFit, Headline, fit_curve, headline
-from rig.database import Store, Sweep, software_versions
+from rig.database import Store, software_versions
 from rig.errors import CurveError
-from rig.optics.rectifier import Rectifier, rectifier_of
-from rig.profile import Profile
-from rig.profile.load import parse_profile
+from rig.stored import run_of_sweep, stored_profile
 from rig.sweep.alignment import Alignment, board_field, measure_alignment
 from rig.sweep.calibration_use import CalibrationUse, calibration_use
 from rig.sweep.gates import Gate, quality_gates
@@ -142,15 +139,15 @@ class _Evidence:
 
 def _fit(store: Store, sweep_id: int) -> _Evidence:
     sweep = store.sweep(sweep_id)
-    profile = stored_profile(sweep)
-    rectifier = stored_rectifier(store, sweep)
+    run = run_of_sweep(store, sweep)
+    profile, optics = run.profile, run.optics
     stops = stop_results(
         store.samples(sweep_id),
         store.measurements(sweep_id),
         max_motion_px=sweep_setup(profile).config.max_motion_px,
-        rectifier=rectifier,
+        optics=optics,
     )
-    field = board_field(stops, rectifier)
+    field = board_field(stops, optics)
     term = None if field is None else field.term
     if term is not None:
         stops = without_field(stops, term)
@@ -166,9 +163,11 @@ def _fit(store: Store, sweep_id: int) -> _Evidence:
     # The slope law of a pinhole is f p / Z: its numerator tells the focal length.
     a_px_mm = fit.best.params.get("a_px_mm")
     focal_px = None if a_px_mm is None else a_px_mm / profile.pitch_mm
-    alignment = measure_alignment(stops, rectifier, field, focal_px)
+    alignment = measure_alignment(
+        stops, optics, field, pitch_mm=profile.pitch_mm, focal_px=focal_px
+    )
     fit = replace(fit, best=replace(fit.best, field=term))
-    return _Evidence(stops, fit, alignment, calibration_use(stops, rectifier))
+    return _Evidence(stops, fit, alignment, calibration_use(stops, optics))
 
 
 def _result(
@@ -194,25 +193,6 @@ def _result(
         calibration=evidence.calibration,
         times=times,
     )
-
-
-def stored_profile(sweep: Sweep) -> Profile:
-    """Return the profile that a sweep was taken with.
-
-    Raises:
-        ConfigError: it was written by a version with other keys.
-    """
-    return parse_profile(dict(sweep.profile), source=f"profile stored with sweep {sweep.id}")
-
-
-def stored_rectifier(store: Store, sweep: Sweep) -> Rectifier:
-    """Return what the samples of a sweep are measured with.
-
-    Raises:
-        ConfigError: profile or calibration were written by another version.
-        StoreError: the calibration cannot be read.
-    """
-    return rectifier_of(stored_profile(sweep), calibration_of(store, sweep.calibration_id))
 
 
 def _holdout(fit: CurveFit) -> dict[str, object]:

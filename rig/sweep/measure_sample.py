@@ -11,14 +11,15 @@ from rig.epipolar.board.slope import BoardSlope
 from rig.errors import SlopeError, TargetError
 from rig.frames import GreyImage
 from rig.measurement import Failure, Measurement, Point
-from rig.optics.rectifier import Rectifier
+from rig.optics.optics import Optics
 from rig.optics.target import target_of
+from rig.profile import Profile
 from rig.sweep.request import sweep_setup
 from rig.targets import Target, full_corners
 from rig.targets.corners import Corners
 
 
-def measure_sample(rectifier: Rectifier, images: GreyImage) -> Measurement:
+def measure_sample(profile: Profile, optics: Optics, images: GreyImage) -> Measurement:
     """Measure the slope of the board in one multi-view, in all three ways.
 
     The corners give the unambiguous start, the joint line fit the slope, and the estimator that
@@ -26,22 +27,22 @@ def measure_sample(rectifier: Rectifier, images: GreyImage) -> Measurement:
     numbers to the last digit.
 
     Args:
-        rectifier: of the rig, whose profile has a target.
+        profile: the rig; it has a target.
+        optics: of the rig.
         images: (V, H, W) in the order of the profile's views.
 
     Returns:
         Slopes at the centre of the board; or why there are none.
     """
-    profile = rectifier.profile
     board = target_of(sweep_setup(profile).target)
     try:
         corners = [_corners_or_reason(image, board) for image in images]
-        slope = fit_board_slope(rectifier.board_views(images), corners)
+        slope = fit_board_slope(optics.board_views(images), corners)
     except TargetError as error:
         return Measurement(failure=Failure(error.reason, str(error)))
     except SlopeError as error:
         return Measurement(failure=Failure("no-slope", str(error)))
-    dense = _dense_slope(rectifier.views(images), profile.slopes.range_px, slope)
+    dense = _dense_slope(optics.views(images), profile.slopes.range_px, slope)
     return Measurement(
         slope_px=slope.slope_px,
         sigma_px=slope.sigma_px,

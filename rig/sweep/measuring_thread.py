@@ -7,8 +7,8 @@ from typing import Self
 
 from rig.frames import GreyImage
 from rig.measurement import Measurement
-from rig.optics.rectifier import Rectifier
 from rig.records import SampleKey
+from rig.stored import Run
 from rig.sweep.measure_sample import measure_sample
 
 
@@ -19,8 +19,8 @@ class MeasuringThread:
     has not begun: its frames are stored, and `rig sweep --resume` or `rig fit` measure them.
     """
 
-    def __init__(self, rectifier: Rectifier) -> None:
-        self._rectifier = rectifier
+    def __init__(self, run: Run) -> None:
+        self._run = run
         self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix="measure")
         self._waiting: list[tuple[SampleKey, Future[Measurement]]] = []
 
@@ -37,7 +37,8 @@ class MeasuringThread:
 
     def submit(self, key: SampleKey, images: GreyImage) -> None:
         """Queue one sample."""
-        self._waiting.append((key, self._pool.submit(measure_sample, self._rectifier, images)))
+        future = self._pool.submit(measure_sample, self._run.profile, self._run.optics, images)
+        self._waiting.append((key, future))
 
     def finished(self) -> dict[SampleKey, Measurement]:
         """Return what has been measured since the last call, without waiting."""

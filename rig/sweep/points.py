@@ -9,7 +9,7 @@ import numpy as np
 from rig.curve import CurvePoint, FieldTerm
 from rig.geometry.epipolar_error import EpipolarError
 from rig.measurement import Measurement
-from rig.optics.rectifier import Rectifier
+from rig.optics.optics import Optics
 from rig.plan import Stop
 from rig.records import Sample, SampleKey
 
@@ -46,7 +46,7 @@ def stop_results(
     measurements: Mapping[SampleKey, Measurement],
     *,
     max_motion_px: float,
-    rectifier: Rectifier,
+    optics: Optics,
 ) -> tuple[StopResult, ...]:
     """Average the samples of every stop that has any, in the order of the plan.
 
@@ -57,14 +57,14 @@ def stop_results(
         samples: all samples of the sweep.
         measurements: by stop and sample number.
         max_motion_px: largest corner motion of a board at rest.
-        rectifier: what the samples were measured with. All slopes are told as on the reference
+        optics: what the samples were measured with. All slopes are told as on the reference
             camera's optical axis, and distances by the calibrated stage where there is one.
     """
     stops: dict[int, list[Sample]] = {}
     for sample in samples:
         stops.setdefault(sample.stop.index, []).append(sample)
     return tuple(
-        _stop_result(group, [measurements.get(s.key) for s in group], max_motion_px, rectifier)
+        _stop_result(group, [measurements.get(s.key) for s in group], max_motion_px, optics)
         for _, group in sorted(stops.items())
     )
 
@@ -73,7 +73,7 @@ def _stop_result(
     samples: Sequence[Sample],
     measured: Sequence[Measurement | None],
     max_motion_px: float,
-    rectifier: Rectifier,
+    optics: Optics,
 ) -> StopResult:
     stop = samples[0].stop
     good = [m for m in measured if m is not None and m.slope_px is not None]
@@ -81,14 +81,14 @@ def _stop_result(
     problem = _problem(stop, measured, motion_px, max_motion_px)
     return StopResult(
         stop=stop,
-        point=None if problem else _point(samples, good, rectifier),
-        corner_slope_px=_mean([_on_axis(m, m.corner_slope_px, rectifier) for m in good]),
-        dense_slope_px=_mean([_on_axis(m, m.dense_slope_px, rectifier) for m in good]),
+        point=None if problem else _point(samples, good, optics),
+        corner_slope_px=_mean([_on_axis(m, m.corner_slope_px, optics) for m in good]),
+        dense_slope_px=_mean([_on_axis(m, m.dense_slope_px, optics) for m in good]),
         track_residual_px=_mean([m.track_residual_px for m in good]),
         motion_px=motion_px,
         epipolar=_epipolar(good),
         centre_px=_mean_pair([m.centre_px for m in good]),
-        tilt=_mean_pair([_tilt(m, rectifier) for m in good]),
+        tilt=_mean_pair([_tilt(m, optics) for m in good]),
         tilt_sigma=_tilt_sigma(good),
         problem=problem,
     )
@@ -115,25 +115,23 @@ def _without_field(stop: StopResult, term: FieldTerm) -> StopResult:
     )
 
 
-def axis_slopes_px(measured: Sequence[Measurement], rectifier: Rectifier) -> list[float]:
+def axis_slopes_px(measured: Sequence[Measurement], optics: Optics) -> list[float]:
     """Slopes of those measurements that have one, as on the reference camera's optical axis."""
-    slopes_px = [_on_axis(m, m.slope_px, rectifier) for m in measured]
+    slopes_px = [_on_axis(m, m.slope_px, optics) for m in measured]
     return [slope_px for slope_px in slopes_px if slope_px is not None]
 
 
-def _on_axis(
-    measurement: Measurement, slope_px: float | None, rectifier: Rectifier
-) -> float | None:
+def _on_axis(measurement: Measurement, slope_px: float | None, optics: Optics) -> float | None:
     if slope_px is None or measurement.plane is None or measurement.centre_px is None:
         return slope_px
     _, b, c = measurement.plane
-    return rectifier.axis_plane((slope_px, b, c), measurement.centre_px)[0]
+    return optics.axis_plane((slope_px, b, c), measurement.centre_px)[0]
 
 
-def _tilt(measurement: Measurement, rectifier: Rectifier) -> tuple[float, float] | None:
+def _tilt(measurement: Measurement, optics: Optics) -> tuple[float, float] | None:
     if measurement.plane is None or measurement.centre_px is None:
         return None
-    _, b, c = rectifier.axis_plane(measurement.plane, measurement.centre_px)
+    _, b, c = optics.axis_plane(measurement.plane, measurement.centre_px)
     return b, c
 
 
@@ -165,15 +163,15 @@ def _mean_pair(pairs: Sequence[tuple[float, float] | None]) -> tuple[float, floa
 
 
 def _point(
-    samples: Sequence[Sample], measured: Sequence[Measurement], rectifier: Rectifier
+    samples: Sequence[Sample], measured: Sequence[Measurement], optics: Optics
 ) -> CurvePoint:
-    slopes_px = axis_slopes_px(measured, rectifier)
+    slopes_px = axis_slopes_px(measured, optics)
     count = len(slopes_px)
     # One sample shows no scatter: its own sigma stands in.
     std_px = statistics.stdev(slopes_px) if count > 1 else measured[0].sigma_px or 0.0
     stop = samples[0].stop
     return CurvePoint(
-        distance_mm=statistics.fmean(rectifier.distance_mm(s.reached_mm) for s in samples),
+        distance_mm=statistics.fmean(optics.distance_mm(s.reached_mm) for s in samples),
         slope_px=statistics.fmean(slopes_px),
         std_px=std_px,
         sem_px=std_px / count**0.5,

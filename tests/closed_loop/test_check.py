@@ -19,15 +19,16 @@ from rig_sim.wire import plug
 from rig_sim.world import World
 
 from rig.check.items import Item
-from rig.check.run import CheckRequest, check_rig
+from rig.check.request import check_request
+from rig.check.run import check_rig
 from rig.curve import Curve, fit_curve
 from rig.devices import Stage
 from rig.errors import RigError, StoreError
 from rig.frames import MultiView
 from rig.hardware.opening import Answers
-from rig.optics.rectifier import Rectifier
 from rig.profile import GrblStageConfig, Profile, SimCameraConfig
 from rig.profile.load import load_profile
+from rig.stored import RunChoice, RunCurve
 from tests.support.command import Command
 from tests.support.curve_points import exact_sweep
 from tests.support.small_sim import SMALL_SIM, as_options
@@ -66,12 +67,12 @@ def check(
     world: tuple[str, ...] = (),
     fault: CameraFault | None = None,
     moves: bool = True,
-    curve: tuple[int, Curve] | RigError = NO_CURVE,
+    curve: RunCurve | RigError = NO_CURVE,
     database: str,
 ) -> dict[str, Item]:
     profile = load_profile("sim", (*SMALL_SIM, *overrides))
     seen = load_profile("sim", (*SMALL_SIM, *overrides, *world))
-    request = CheckRequest(Rectifier(profile), database, moves=moves, curve=curve)
+    request = replace(check_request(profile, RunChoice(database), moves=moves), curve=curve)
     with bench(profile, seen=seen, fault=fault) as answers:
         return {item.name: item for item in check_rig(request, answers, print)}
 
@@ -171,7 +172,7 @@ def test_a_stage_or_board_that_is_not_good_enough_is_told(
 
 
 def test_a_good_rig_passes_and_its_numbers_are_those_of_the_world(database: str):
-    items = check(curve=(7, true_curve()), database=database)
+    items = check(curve=RunCurve(7, true_curve(), sweep_id=5), database=database)
     assert {item.name for item in items.values() if item.status == "fail"} == set()
     assert items["reach"].status == "warn"  # squares of 6.4 px at the far end of the small picture
     assert items["geometry"].status == "skip"
@@ -202,7 +203,9 @@ def test_a_plan_beyond_the_travel_fails_and_the_rest_is_checked_within_it(databa
 @pytest.mark.slow
 def test_a_rig_that_moved_since_its_sweep_is_told(database: str):
     moved = ("world.carriage.board_at_machine_zero_mm=1213",)
-    curve = check(world=moved, curve=(7, true_curve()), database=database)["curve"]
+    curve = check(world=moved, curve=RunCurve(7, true_curve(), sweep_id=5), database=database)[
+        "curve"
+    ]
     assert curve.status == "fail"
     assert "curve 7" in curve.found
     assert curve.numbers["error_mm"] == pytest.approx(10.0, abs=1.0)
@@ -252,9 +255,8 @@ def test_a_geometry_that_drifted_is_asked_with_one_picture(database: str):
         asked.append(multiview)
         return Item("geometry", "fail", "chi2 of 9.1 per degree of freedom", "calibrate again")
 
-    request = CheckRequest(
-        Rectifier(profile), database, moves=False, curve=NO_CURVE, geometry_drift=drift
-    )
+    request = check_request(profile, RunChoice(database), moves=False)
+    request = replace(request, geometry_drift=drift)
     with bench(profile) as answers:
         items = list(check_rig(request, answers, print))
     assert len(asked) == 1
@@ -263,7 +265,7 @@ def test_a_geometry_that_drifted_is_asked_with_one_picture(database: str):
 
 def test_whatever_ends_a_check_early_leaves_the_stage_stopped(database: str):
     profile = load_profile("sim", SMALL_SIM)
-    request = CheckRequest(Rectifier(profile), database, moves=True, curve=NO_CURVE)
+    request = check_request(profile, RunChoice(database), moves=True)
     with bench(profile) as answers:
         stage = Watched(answers.stage)
         told: list[str] = []

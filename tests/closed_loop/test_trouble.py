@@ -23,7 +23,7 @@ from rig_sim.wire import plug
 from rig_sim.wire.faults import BrownOut, Fault, FaultyWire, HangUp, Silence
 from rig_sim.world import World
 
-from rig.capture.run import CaptureRequest, capture_depth
+from rig.capture.capture import CaptureRequest, capture_depth
 from rig.database import Store, open_store
 from rig.errors import (
     CaptureTimeoutError,
@@ -34,7 +34,7 @@ from rig.errors import (
     StoreError,
 )
 from rig.hardware.opening import Hardware
-from rig.optics.rectifier import Rectifier
+from rig.optics.nominal import nominal_optics
 from rig.profile import (
     MarlinStageConfig,
     Profile,
@@ -42,8 +42,10 @@ from rig.profile import (
     ZaberStageConfig,
 )
 from rig.profile.load import load_profile
+from rig.stored import Run
+from rig.sweep.job import new_sweep, resumed_sweep
 from rig.sweep.request import SweepRequest
-from rig.sweep.run import new_sweep, resumed_sweep, sweep_and_conclude
+from rig.sweep.sweep import sweep_and_conclude
 from tests.support.command import Command
 from tests.support.small_sim import SMALL_SIM
 from tests.support.stages import make_stage
@@ -188,11 +190,10 @@ def test_skewed_multi_views_are_dropped_and_counted(profile: Profile):
     fault = LateViews(("top",), late_s=0.02, after=1)
     with bench(profile, camera_fault=fault) as (hardware, _), pytest.raises(RigError):
         capture_depth(
-            Rectifier(profile),
+            Run(profile, nominal_optics(profile)),
             CaptureRequest(frames=3, duration_s=None, folder=None),
             hardware.camera,
-            None,
-            on_frame=lambda *_: None,
+            lambda *_: None,
         )
     assert hardware.camera.dropped["skew"] > 0
 
@@ -228,4 +229,5 @@ def test_a_capture_folder_that_cannot_be_made(profile: Profile, tmp_path: Path):
     (tmp_path / "file").write_text("")
     request = CaptureRequest(frames=1, duration_s=None, folder=tmp_path / "file" / "out")
     with bench(profile) as (hardware, _), pytest.raises(StoreError, match="--out"):
-        capture_depth(Rectifier(profile), request, hardware.camera, None, on_frame=lambda *_: None)
+        run = Run(profile, nominal_optics(profile))
+        capture_depth(run, request, hardware.camera, lambda *_: None)

@@ -107,7 +107,7 @@ def test_a_picture_is_kept_when_the_target_rests_where_it_has_not_been():
             first=5,
             timeout_s=1.0,
             patience_s=3.0,
-            watch=lambda sighted, *, moving: heard.append(moving),
+            progress=lambda _, text: heard.append("moving" in text),
         )
     ]
     assert kept == [5, 6]  # here once, there once; back at the old place nothing is new

@@ -11,9 +11,10 @@ import pytest
 from rig.capture.live import CaptureTally, Measured, run_capture
 from rig.errors import SlopeError
 from rig.frames import Frame, MultiView
-from rig.optics.rectifier import Rectifier
+from rig.optics.nominal import nominal_optics
 from rig.profile import Profile
 from rig.profile.load import load_profile
+from rig.stored import Run
 from tests.support.lightfield import (
     Surface,
     disc,
@@ -26,6 +27,10 @@ from tests.support.lightfield import (
 )
 
 SHAPE = (120, 160)
+
+
+def bare(profile: Profile) -> Run:
+    return Run(profile, nominal_optics(profile))
 
 
 class Sequence:
@@ -91,7 +96,7 @@ def test_a_still_scene_stays_right_and_a_jump_is_right_again_in_the_second_frame
     stream += [multiview(profile, after, n) for n in range(3, 6)]
     camera = Sequence(tuple(view.name for view in profile.views), stream)
     tally = CaptureTally()
-    measured = list(run_capture(Rectifier(profile), camera, None, tally))
+    measured = list(run_capture(bare(profile), camera, tally))
     bad = [
         float(np.mean(~(np.abs(m.slopes.slope_px - true_slope_px(truth, SHAPE)) <= 0.5)))
         for m, truth in zip(measured, [before] * 3 + [after] * 3, strict=True)
@@ -112,7 +117,7 @@ def test_a_frozen_view_is_left_out_and_named():
     frames[frozen] = replace(frames[frozen], image=stream[0].frames[frozen].image)
     stream[1] = MultiView(tuple(frames))
     camera = Sequence(tuple(view.name for view in profile.views), stream)
-    _, second = run_capture(Rectifier(profile), camera, None, CaptureTally())
+    _, second = run_capture(bare(profile), camera, CaptureTally())
     assert [w for w in second.slopes.warnings if f"view {frozen} " in w and "repeats" in w]
     error = np.abs(second.slopes.slope_px - true_slope_px(after, SHAPE))
     assert float(np.mean(~(error <= 0.5))) < 0.12
@@ -130,7 +135,7 @@ def test_a_view_off_its_place_is_named_once_and_followed():
     names = tuple(view.name for view in right.views)
 
     def measured(profile: Profile) -> list[Measured]:
-        return list(run_capture(Rectifier(profile), Sequence(names, stream), None, CaptureTally()))
+        return list(run_capture(bare(profile), Sequence(names, stream), CaptureTally()))
 
     wrong = measured(told)
     left = names.index("left")
@@ -157,7 +162,7 @@ def test_a_frozen_reference_is_refused():
     stream[1] = MultiView(tuple(frames))
     camera = Sequence(tuple(view.name for view in profile.views), stream)
     with pytest.raises(SlopeError, match="bit for bit"):
-        list(run_capture(Rectifier(profile), camera, None, CaptureTally()))
+        list(run_capture(bare(profile), camera, CaptureTally()))
 
 
 def test_skewed_multi_views_are_left_out_and_counted():
@@ -167,5 +172,5 @@ def test_skewed_multi_views_are_left_out_and_counted():
     skewed = MultiView((good.frames[0], late, *good.frames[2:]))
     tally = CaptureTally()
     camera = Sequence(tuple(view.name for view in profile.views), [good, skewed, good])
-    assert len(list(run_capture(Rectifier(profile), camera, None, tally))) == 2
+    assert len(list(run_capture(bare(profile), camera, tally))) == 2
     assert tally.skewed == 1

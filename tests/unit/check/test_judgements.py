@@ -21,6 +21,7 @@ from rig.errors import DeviceLostError, StoreError, TargetError
 from rig.frames import Frame, MultiView
 from rig.profile import NoiseConfig
 from rig.profile.load import load_profile
+from rig.stored import RunCurve
 from tests.support.curve_points import exact_sweep, physical_px
 
 PROFILE = load_profile("sim")
@@ -168,7 +169,7 @@ def test_without_slopes_only_the_read_back_is_known():
 
 
 def test_a_slope_off_the_curve_is_told_in_mm():
-    curve = 7, fit_curve(exact_sweep()).best
+    curve = RunCurve(7, fit_curve(exact_sweep()).best, sweep_id=5)
     at = {"distance_mm": 700.0, "sigma_px": 0.001}
     assert judge_curve(curve, PROFILE, slope_px=physical_px(700.0), **at).status == "pass"
     moved = judge_curve(curve, PROFILE, slope_px=physical_px(703.0), **at)

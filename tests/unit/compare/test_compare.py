@@ -13,14 +13,15 @@ import typer
 from rig_drivers.stored.folder import FolderCamera
 
 from rig.cli.compare import compare
+from rig.compare.compare import CompareRequest, compare_methods
 from rig.compare.frames import METHODS, compare_frames
-from rig.compare.run import CompareRequest, compare_methods
 from rig.database import open_store
 from rig.devices import SystemClock
 from rig.errors import ConfigError, SlopeError, StoreError
-from rig.optics.rectifier import Rectifier
+from rig.optics.nominal import nominal_optics
 from rig.profile import FolderCameraConfig
 from rig.profile.load import load_profile
+from rig.stored import Run
 from tests.support.lightfield import (
     Surface,
     disc,
@@ -153,14 +154,17 @@ def test_the_sweep_of_another_rig_is_refused(profile_file: Path, tmp_path: Path)
             versions={},
             devices={},
         )
-        request = CompareRequest(frames=1, curve=None, sweep_id=sweep_id, folder=tmp_path / "out")
+        request = CompareRequest(frames=1, sweep_id=sweep_id, folder=tmp_path / "out")
         with pytest.raises(ConfigError, match="sweep 1 of rig shelf: views differs"):
-            compare_methods(Rectifier(shelf), request, camera, store, lambda *_: None)
+            compare_methods(
+                Run(shelf, nominal_optics(shelf)), request, camera, store, lambda *_: None
+            )
 
 
 def test_no_multiviews_are_no_comparison():
+    profile = load_profile("sim")
     with pytest.raises(SlopeError, match="none came whose views lie within"):
-        compare_frames(Rectifier(load_profile("sim")), [], None)
+        compare_frames(Run(profile, nominal_optics(profile)), [])
 
 
 def test_a_folder_that_cannot_be_made_is_named(profile_file: Path, tmp_path: Path):

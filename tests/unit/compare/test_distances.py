@@ -8,7 +8,8 @@ from rig.compare.comparison import distance_scores
 from rig.compare.distances import NAMES, WITH_PLANE, BoardError, BoardErrors, compare_distances
 from rig.curve import Curve
 from rig.database import Store
-from rig.optics.rectifier import Rectifier
+from rig.optics.nominal import nominal_optics
+from rig.stored import Run
 from tests.support.sweeps import SweepRecipe, bench_profile, stored_sweep
 
 RECIPE = SweepRecipe(
@@ -31,7 +32,7 @@ def test_the_board_of_a_sweep_is_measured_once_at_each_distance(store: tuple[Sto
     curve = Curve.from_json(sweep.curve(1).curve)
     told: list[int] = []
     boards = compare_distances(
-        Rectifier(bench_profile()),
+        Run(bench_profile(), nominal_optics(bench_profile())),
         curve,
         sweep.samples(1),
         sweep.measurements(1),

@@ -6,7 +6,7 @@ import pytest
 
 from rig.database import Sample
 from rig.epipolar import Label
-from rig.optics.rectifier import Rectifier
+from rig.optics.nominal import nominal_optics
 from rig.plan import Stop
 from rig.profile import Profile
 from rig.report.epi import EdgeLine, Epi, board_epis
@@ -34,7 +34,7 @@ def picture_of(scene: BoardScene, profile: Profile) -> Picture:
     return Picture(
         sample=sample,
         images=stack,
-        views=Rectifier(profile).views(stack),
+        views=nominal_optics(profile).views(stack),
         centre_px=(u, v),
         plane=(a, b, c),
         corners_px=corners,

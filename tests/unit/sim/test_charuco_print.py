@@ -7,7 +7,7 @@ from rig_sim.render_analytic import AnalyticRenderer
 from rig_sim.render_mitsuba import MitsubaRenderer
 
 from rig.errors import ConfigError
-from rig.optics.rectifier import Rectifier
+from rig.optics.nominal import nominal_optics
 from rig.optics.target import target_of
 from rig.profile import CharucoConfig
 from rig.sweep.measure_sample import measure_sample
@@ -30,7 +30,7 @@ def test_a_sweep_measures_a_charuco_board_as_it_does_a_checkerboard():
     rig = SmallRig(CHARUCO, slide=Slide(-603.0))
     with rig.camera() as camera:
         images = camera.grab(3.0).stack()
-    measured = measure_sample(Rectifier(rig.profile), images)
+    measured = measure_sample(rig.profile, nominal_optics(rig.profile), images)
     truth = rig.world.true_slope_px(600.0)
     assert measured.slope_px == pytest.approx(truth, abs=0.01)
     assert measured.sigma_px is not None
@@ -40,7 +40,8 @@ def test_a_sweep_measures_a_charuco_board_as_it_does_a_checkerboard():
 def test_a_part_of_a_charuco_board_is_refused_by_a_sweep_with_the_reason():
     rig = SmallRig((*CHARUCO, "world.board_offset_mm=[150.0, 0.0]"), slide=Slide(-803.0))
     with rig.camera() as camera:
-        measured = measure_sample(Rectifier(rig.profile), camera.grab(3.0).stack())
+        images = camera.grab(3.0).stack()
+    measured = measure_sample(rig.profile, nominal_optics(rig.profile), images)
     assert measured.failure is not None
     assert measured.failure.reason == "clipped"
 

@@ -7,7 +7,9 @@ import pytest
 
 from rig.curve import CurvePoint
 from rig.geometry.epipolar_error import EpipolarError
-from rig.optics.rectifier import Rectifier
+from rig.optics.calibrated import CalibratedOptics, calibrated_optics
+from rig.optics.nominal import nominal_optics
+from rig.optics.optics import Optics
 from rig.plan import Stop
 from rig.profile.load import load_profile
 from rig.sweep.alignment import board_field, measure_alignment
@@ -22,7 +24,7 @@ FOCAL_PX = 610.0
 
 
 def stops(
-    rectifier: Rectifier, *, board_deg: tuple[float, float], stage_deg: tuple[float, float]
+    optics: Optics, *, board_deg: tuple[float, float], stage_deg: tuple[float, float]
 ) -> list[StopResult]:
     """A flat board with a tilt against the reference camera, carried along a slanted way."""
     numbers = np.random.default_rng(2)
@@ -31,15 +33,15 @@ def stops(
     made: list[StopResult] = []
     for index, z_mm in enumerate(DISTANCES_MM):
         centre_mm = np.array([3.0 + way[0] * z_mm, -2.0 + way[1] * z_mm, z_mm])
-        if rectifier.rectification is None:
+        if not isinstance(optics, CalibratedOptics):
             centre_px = FOCAL_PX * centre_mm[:2] / z_mm + (319.5, 199.5)
         else:
-            raw = rectifier.rectification.geometry.project(0, centre_mm[None])
-            centre_px = rectifier.rectification.rectified_px(0, raw)[0]
+            raw = optics.rectification.geometry.project(0, centre_mm[None])
+            centre_px = optics.rectification.rectified_px(0, raw)[0]
         centre_px = centre_px + numbers.normal(0.0, 0.005, 2)
         # m = f p / Z and 1 / Z = (1 - rise (x, y)) / (Z_centre - rise (X, Y)).
-        common = rise if rectifier.rectification is None else (
-            rectifier.rectification.common_from_reference[:2, :2] @ rise
+        common = rise if not isinstance(optics, CalibratedOptics) else (
+            optics.rectification.common_from_reference[:2, :2] @ rise
         )  # fmt: skip
         tilt = -40.0 * common / (z_mm - rise @ centre_mm[:2]) + numbers.normal(0.0, 2e-6, 2)
         slope_px = 24400.0 / z_mm - 35.0
@@ -61,17 +63,17 @@ def stops(
     return made
 
 
-def rectifiers() -> list[Rectifier]:
+def both_kinds() -> list[Optics]:
     geometry = true_geometry(REAL.profile, REAL.world.moment(0.0))
-    return [Rectifier(load_profile("sim")), Rectifier(REAL.profile, geometry, 1)]
+    return [nominal_optics(load_profile("sim")), calibrated_optics(REAL.profile, geometry, 1)]
 
 
-@pytest.mark.parametrize("rectifier", rectifiers(), ids=["as they are", "calibrated"])
-def test_what_is_tilted_is_found_with_its_sign_and_size(rectifier: Rectifier) -> None:
-    taken = stops(rectifier, board_deg=(0.8, -0.4), stage_deg=(-0.3, 0.5))
-    field = board_field(taken, rectifier)
+@pytest.mark.parametrize("optics", both_kinds(), ids=["as they are", "calibrated"])
+def test_what_is_tilted_is_found_with_its_sign_and_size(optics: Optics) -> None:
+    taken = stops(optics, board_deg=(0.8, -0.4), stage_deg=(-0.3, 0.5))
+    field = board_field(taken, optics)
     assert field is not None
-    found = measure_alignment(taken, rectifier, field, FOCAL_PX)
+    found = measure_alignment(taken, optics, field, pitch_mm=40.0, focal_px=FOCAL_PX)
     assert found.board is not None
     assert found.stage is not None
     assert (found.board.right_deg, found.board.down_deg) == pytest.approx((0.8, -0.4), abs=0.02)
@@ -83,36 +85,37 @@ def test_what_is_tilted_is_found_with_its_sign_and_size(rectifier: Rectifier) ->
     assert "nearer (k=2); turn it back" in board
     assert "deg left" in stage
     assert "deg below" in stage
-    assert ("middle of the picture" in stage) == (rectifier.rectification is None)
+    assert ("middle of the picture" in stage) == (optics.calibration_id is None)
 
 
 def test_what_stands_right_needs_no_turning() -> None:
-    rectifier = rectifiers()[0]
-    taken = stops(rectifier, board_deg=(0.0, 0.0), stage_deg=(0.01, 0.0))
-    found = measure_alignment(taken, rectifier, board_field(taken, rectifier), FOCAL_PX)
+    optics = both_kinds()[0]
+    taken = stops(optics, board_deg=(0.0, 0.0), stage_deg=(0.01, 0.0))
+    field = board_field(taken, optics)
+    found = measure_alignment(taken, optics, field, pitch_mm=40.0, focal_px=FOCAL_PX)
     assert all("nothing to turn" in line for line in found.lines())
 
 
 def test_what_is_unknown_is_not_made_up() -> None:
-    rectifier = rectifiers()[0]
-    taken = stops(rectifier, board_deg=(1.0, 0.0), stage_deg=(0.0, 0.0))
-    assert board_field(taken[:4], rectifier) is None
+    optics = both_kinds()[0]
+    taken = stops(optics, board_deg=(1.0, 0.0), stage_deg=(0.0, 0.0))
+    assert board_field(taken[:4], optics) is None
     blind = [replace(stop, tilt=None, centre_px=None) for stop in taken]
-    assert board_field(blind, rectifier) is None
-    found = measure_alignment(blind, rectifier, None, None)
+    assert board_field(blind, optics) is None
+    found = measure_alignment(blind, optics, None, pitch_mm=40.0, focal_px=None)
     assert (found.board, found.stage, found.lines()) == (None, None, [])
     assert found.as_dict() == {"board": None, "stage": None, "calibrated": False}
 
 
 def test_a_field_is_taken_out_of_every_slope_of_a_stop() -> None:
-    rectifier = rectifiers()[0]
-    taken = stops(rectifier, board_deg=(1.0, 0.0), stage_deg=(0.5, 0.0))
+    optics = both_kinds()[0]
+    taken = stops(optics, board_deg=(1.0, 0.0), stage_deg=(0.5, 0.0))
     turned = [
         replace(stop, tilt=(stop.tilt[0] + 1e-4, stop.tilt[1]))
         for stop in taken
         if stop.tilt is not None
     ]
-    field = board_field(turned, rectifier)
+    field = board_field(turned, optics)
     assert field is not None
     assert field.term is not None
     for before, after in zip(turned, without_field(turned, field.term), strict=True):
@@ -126,11 +129,11 @@ def test_a_field_is_taken_out_of_every_slope_of_a_stop() -> None:
 
 
 def test_cameras_and_stage_are_compared() -> None:
-    plain, calibrated = rectifiers()
+    plain, calibrated = both_kinds()
     assert calibration_use([], plain) is None
     taken = stops(calibrated, board_deg=(0.0, 0.0), stage_deg=(0.0, 0.0))
+    assert isinstance(calibrated, CalibratedOptics)
     rectification = calibrated.rectification
-    assert rectification is not None
     law = rectification.inverse_law_px_mm
     off = [
         replace(s, point=replace(s.point, slope_px=law / (1.001 * z) - rectification.infinity_px))

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from rig.measurement import Failure, Measurement
-from rig.optics.rectifier import Rectifier
+from rig.optics.nominal import nominal_optics
 from rig.plan import Stop
 from rig.profile.load import load_profile
 from rig.records import Sample, SampleKey
 from rig.sweep.points import stop_results
 
-RECTIFIER = Rectifier(load_profile("sim"))
+OPTICS = nominal_optics(load_profile("sim"))
 STOP = Stop(3, 600.0, "holdout", "backward")
 
 
@@ -37,7 +37,7 @@ def test_samples_are_averaged_with_their_scatter():
         samples,
         {samples[0].key: measured(4.0), samples[1].key: measured(4.2)},
         max_motion_px=0.1,
-        rectifier=RECTIFIER,
+        optics=OPTICS,
     )
     assert result.problem is None
     assert result.point is not None
@@ -51,9 +51,7 @@ def test_samples_are_averaged_with_their_scatter():
 
 
 def test_a_single_sample_takes_its_own_sigma():
-    (result,) = stop_results(
-        [sample(0)], {(3, 0): measured(4.0)}, max_motion_px=0.1, rectifier=RECTIFIER
-    )
+    (result,) = stop_results([sample(0)], {(3, 0): measured(4.0)}, max_motion_px=0.1, optics=OPTICS)
     assert result.point is not None
     assert result.point.sem_px == 0.002
 
@@ -71,9 +69,7 @@ def test_a_stop_that_cannot_be_trusted_gives_no_point(second: Measurement | None
     measurements: dict[SampleKey, Measurement] = {(3, 0): measured(4.0)}
     if second is not None:
         measurements[3, 1] = second
-    (result,) = stop_results(
-        [sample(0), sample(1)], measurements, max_motion_px=0.1, rectifier=RECTIFIER
-    )
+    (result,) = stop_results([sample(0), sample(1)], measurements, max_motion_px=0.1, optics=OPTICS)
     assert result.point is None
     assert result.problem is not None
     assert says in result.problem
@@ -84,6 +80,6 @@ def test_stops_come_in_the_order_of_the_plan():
     later = dataclasses.replace(STOP, index=9)
     samples = [dataclasses.replace(sample(0), stop=later), sample(0)]
     results = stop_results(
-        samples, {s.key: measured(1.0) for s in samples}, max_motion_px=0.1, rectifier=RECTIFIER
+        samples, {s.key: measured(1.0) for s in samples}, max_motion_px=0.1, optics=OPTICS
     )
     assert [r.stop.index for r in results] == [3, 9]

@@ -1,0 +1,148 @@
+"""A calibration with its effects: devices, pictures on disk, database and report."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+
+from rig.calibrate.album import SOLVED, Album
+from rig.calibrate.collection import Collection
+from rig.calibrate.conclude import CalibrationResult, quality_of
+from rig.calibrate.pictures import Picture, recorded_pictures
+from rig.calibrate.solve import SolveChoices
+from rig.calibrate.take import Operator, read_album, read_stored, take_in_hand, take_on_stage
+from rig.database import Store, software_versions
+from rig.errors import ConfigError
+from rig.frames import GreyImage
+from rig.geometry.bundle import Calibration
+from rig.geometry.rig_geometry_json import geometry_to_json
+from rig.hardware.opening import open_camera
+from rig.optics.target import target_of
+from rig.profile import Profile
+from rig.report.calibration.shown import ShownCalibration
+from rig.report.write import write_calibration_page
+from rig.sweep.request import sweep_setup
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrateRequest:
+    """What is asked for."""
+
+    profile: Profile
+    choices: SolveChoices = field(default_factory=SolveChoices)
+    most_pictures: int = 60
+    """Live capture ends with so many pictures of a target in the hand."""
+    on_stage: bool = False
+    """Whether the stage first carries the target through known positions."""
+    resume: bool = False
+    """Whether to go on with the newest unfinished calibration of the rig."""
+
+
+def run_calibration(
+    request: CalibrateRequest, store: Store, operator: Operator
+) -> CalibrationResult:
+    """Take pictures, solve, store.
+
+    Every picture is on the disk before the next is taken. A recording is not copied.
+
+    Args:
+        request: what is asked for.
+        store: where the calibration goes.
+        operator: hears of progress, and may interrupt.
+
+    Raises:
+        CalibrationError: the pictures do not determine the geometry.
+        TargetError: the target was hardly seen; says why.
+        RigError: devices, profile, database.
+    """
+    profile = request.profile
+    if profile.target is None:
+        raise ConfigError(f"profile {profile.name}: a calibration needs [target]; add it")
+    if request.on_stage:
+        sweep_setup(profile)
+    if profile.camera.is_stored and (request.resume or request.on_stage):
+        raise ConfigError(
+            f"profile {profile.name}: stored pictures are read from the start and know no stage; "
+            "leave out --resume and --stage"
+        )
+    collection = Collection(profile, target_of(profile.target))
+    album = _collect(collection, request, store.frames, operator)
+    operator.progress(len(collection.sighted), "solving")
+    calibration = collection.solved(request.choices)
+    return _store(collection, calibration, album, store)
+
+
+def _collect(
+    collection: Collection, request: CalibrateRequest, frames: Path, operator: Operator
+) -> Album:
+    profile = request.profile
+    if profile.camera.is_stored:
+        read_stored(collection, operator)
+        return Album.new(frames, profile)
+    album = Album.unfinished(frames, profile) if request.resume else Album.new(frames, profile)
+    read_album(collection, album, operator)
+    if request.on_stage:
+        take_on_stage(collection, album, operator)
+    take_in_hand(collection, album, operator, request.most_pictures)
+    return album
+
+
+def _store(
+    collection: Collection, calibration: Calibration, album: Album, store: Store
+) -> CalibrationResult:
+    profile, verdict = collection.profile, calibration.verdict
+    reference = calibration.geometry.cameras[calibration.geometry.reference]
+    number = store.save_calibration(
+        rig=profile.name,
+        geometry=geometry_to_json(calibration.geometry),
+        quality={
+            **quality_of(calibration),
+            "verdict": str(verdict),
+            "good": verdict.good,
+            "folder": str(album.folder),
+        },
+        profile=profile.model_dump(mode="json"),
+        versions=software_versions(),
+        devices=collection.devices,
+        temperature_degc=collection.temperature_degc,
+        image_size_px=(reference.width_px, reference.height_px),
+        active=verdict.good,
+    )
+    shown = ShownCalibration(
+        profile.name,
+        calibration,
+        images=dict(_images(collection, calibration, album)),
+        facts={
+            "calibration": number,
+            "taken": datetime.now(UTC).isoformat(timespec="seconds"),
+            "temperature": collection.temperature_degc,
+            **collection.devices,
+        },
+    )
+    page = write_calibration_page(album.folder / "calibration.html", shown)
+    file = album.write(SOLVED, calibration.to_json())
+    return CalibrationResult(
+        number, profile.name, calibration, collection.tally, store.database, file, Path(page)
+    )
+
+
+def _images(
+    collection: Collection, calibration: Calibration, album: Album
+) -> Iterator[tuple[tuple[int, int], GreyImage]]:
+    """The pictures that the page shows: the first, the middle and the last one used."""
+    numbers = calibration.pictures
+    wanted = {numbers[0], numbers[len(numbers) // 2], numbers[-1]}
+    if collection.profile.camera.is_stored:
+        with open_camera(collection.profile) as (camera, _clock):
+            yield from _chosen(recorded_pictures(camera), wanted)
+    else:
+        yield from _chosen(album.pictures(), wanted)
+
+
+def _chosen(
+    pictures: Iterator[Picture], wanted: set[int]
+) -> Iterator[tuple[tuple[int, int], GreyImage]]:
+    for picture in pictures:
+        if picture.number in wanted:
+            for view, frame in enumerate(picture.multiview.frames):
+                yield (picture.number, view), frame.image

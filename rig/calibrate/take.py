@@ -1,0 +1,141 @@
+"""Taking the pictures of a calibration: from files, with the stage, and of a target in the hand."""
+
+from dataclasses import dataclass, field
+
+from rig.calibrate.album import Album
+from rig.calibrate.collection import Collection
+from rig.calibrate.coverage import coverage_of
+from rig.calibrate.guide import FEWEST_PICTURES, SOLVE_EVERY, advise, enough, next_pose
+from rig.calibrate.live import held_pictures
+from rig.calibrate.pictures import recorded_pictures, stage_pictures, stage_positions_mm
+from rig.calibrate.solve import SolveChoices
+from rig.errors import CalibrationError
+from rig.geometry.bundle import Calibration
+from rig.hardware.opening import open_camera, open_hardware
+from rig.interrupts import Interrupts
+from rig.progress import Progress, Tell
+from rig.sweep.request import sweep_setup
+
+PATIENCE_S = 60.0
+"""Live capture ends when nothing new was shown for so long."""
+_FIRST_ADVICE = "hold the target still in view of all cameras"
+
+
+@dataclass(frozen=True, slots=True)
+class Operator:
+    """Who runs a calibration: hears of it, and may interrupt it."""
+
+    interrupts: Interrupts
+    """An interrupt waits until the picture at hand is stored."""
+    progress: Progress
+    """Told how many pictures there are, and what to do next."""
+    tell: Tell
+
+
+def read_stored(collection: Collection, operator: Operator) -> None:
+    """Look through all pictures of a stored camera; they are not copied."""
+    with open_camera(collection.profile) as (camera, _clock):
+        collection.devices["camera"] = dict(camera.identity)
+        for picture in recorded_pictures(camera):
+            collection.add(picture)
+            shown = len(collection.sighted)
+            operator.progress(
+                collection.tally.pictures, f"target in {shown} pictures of the recording"
+            )
+
+
+def read_album(collection: Collection, album: Album, operator: Operator) -> None:
+    """Look again at what an interrupted run has kept."""
+    for picture in album.pictures():
+        collection.add(picture)
+    if collection.sighted:
+        operator.tell(f"{collection.tally.pictures} pictures are there already")
+
+
+def take_on_stage(collection: Collection, album: Album, operator: Operator) -> None:
+    """Let the stage carry the target through known positions, once."""
+    if any(one.stage_mm is not None for one in collection.sighted):
+        return
+    profile = collection.profile
+    config = sweep_setup(profile).config
+    positions_mm = stage_positions_mm(config)
+    operator.tell(f"the stage carries the target to {len(positions_mm)} positions")
+    with open_hardware(profile) as hardware:
+        collection.devices["stage"] = dict(hardware.stage.identity)
+        for picture in stage_pictures(
+            hardware,
+            positions_mm,
+            config,
+            first=collection.tally.pictures,
+            timeout_s=profile.camera.timeout_s,
+            held=operator.interrupts.held,
+        ):
+            album.keep(picture)
+            collection.add(picture)
+            operator.progress(collection.tally.pictures, f"stage at {picture.stage_mm:.1f} mm")
+
+
+def take_in_hand(
+    collection: Collection, album: Album, operator: Operator, most_pictures: int
+) -> None:
+    """Take pictures of a target in the hand until more would not help, or there are enough."""
+    if collection.in_hand >= most_pictures:
+        return
+    guide = _Guide(collection, operator.tell)
+    operator.tell("take the target in your hand: hold it still, then somewhere else, tilted")
+    profile = collection.profile
+    with open_camera(profile, target_in_hand=True) as (camera, clock):
+        collection.devices["camera"] = dict(camera.identity)
+        for picture, sighted in held_pictures(
+            camera,
+            clock,
+            collection.target,
+            collection.sighted,
+            first=collection.tally.pictures,
+            timeout_s=profile.camera.timeout_s,
+            patience_s=PATIENCE_S,
+            progress=lambda count, text: operator.progress(count, f"{text}; {guide.advice}"),
+            held=operator.interrupts.held,
+        ):
+            album.keep(picture)
+            collection.add(picture, sighted)
+            guide.look()
+            if enough(guide.solves) or collection.in_hand >= most_pictures:
+                return
+    operator.tell(f"nothing new was shown for {PATIENCE_S:.0f} s; solving with what there is")
+
+
+@dataclass(slots=True)
+class _Guide:
+    """Says what to show next; solves again where it is time to."""
+
+    collection: Collection
+    tell: Tell
+    advice: str = _FIRST_ADVICE
+    solves: list[Calibration] = field(default_factory=list[Calibration])
+
+    def look(self) -> None:
+        """Look at what was added."""
+        collection = self.collection
+        coverage = coverage_of(collection.sighted, collection.target, len(collection.names))
+        advice = advise(coverage, collection.names, collection.profile.reference)
+        self.advice = advice.text
+        count = collection.in_hand
+        if count < FEWEST_PICTURES or count % SOLVE_EVERY:
+            return
+        self.tell(coverage.line(collection.names))
+        try:
+            solve = collection.solved(SolveChoices(lens="brown5"))
+        except CalibrationError as error:
+            self.tell(f"{count} pictures do not do yet: {error}")
+            return
+        self.solves.append(solve)
+        self.tell(
+            f"{count} pictures: depth error "
+            + ", ".join(
+                f"{e.picture_pct:.3f} % at {e.distance_mm / 1000:g} m" for e in solve.depth_error
+            )
+            + f" (k=2); {solve.verdict}"
+        )
+        if advice.covered:
+            self.advice = next_pose(solve) or advice.text

@@ -1,0 +1,38 @@
+"""A capture with its effects: what is stored, the camera, the folder."""
+
+from dataclasses import replace
+
+from rig.capture.capture import CaptureRequest, CaptureSummary, capture_depth
+from rig.database import open_store
+from rig.hardware.opening import open_camera
+from rig.profile import Profile
+from rig.progress import Progress
+from rig.stored import RunChoice, new_folder, open_run
+
+
+def capture_on_rig(
+    profile: Profile, choice: RunChoice, request: CaptureRequest, progress: Progress
+) -> CaptureSummary:
+    """Look up what the rig uses, open its camera, and capture.
+
+    A capture that ends by itself is written into a new folder beside the database where the request
+    names none.
+
+    Args:
+        profile: the rig.
+        choice: which calibration and which curve.
+        request: how long, and where maps go.
+        progress: told of every measured multi-view.
+
+    Raises:
+        ConfigError: the calibration does not fit the rig.
+        CurveError: the curve does not fit the rig.
+        DeviceError: the camera failed; what was written before is kept.
+        StoreError: no such calibration or curve, or folder or recording cannot be written.
+    """
+    with open_store(choice.database, absent="empty") as store:
+        run = open_run(store, profile, choice.calibration, choice.curve)
+        if request.folder is None and request.ends:
+            request = replace(request, folder=new_folder(store, "captures", profile.name))
+    with open_camera(profile) as (camera, _):
+        return capture_depth(run, request, camera, progress)

@@ -1,0 +1,254 @@
+"""What belongs to a run, from what is stored: optics by its calibration, and its curve.
+
+Every verb comes through here, with the one store that it has opened.
+"""
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from rig.curve import Curve
+from rig.errors import ConfigError, CurveError
+from rig.geometry.rig_geometry import RigGeometry
+from rig.geometry.rig_geometry_json import geometry_from_json
+from rig.optics.calibrated import calibrated_optics
+from rig.optics.nominal import nominal_optics
+from rig.optics.optics import Optics
+from rig.profile import Profile
+from rig.profile.load import parse_profile
+from rig.records import StoredCalibration, StoredCurve, Sweep
+
+if TYPE_CHECKING:
+    from rig.database import Store
+
+NO_CALIBRATION = "none"
+CurveChoice = int | Literal["newest", "none"]
+"""Number of a curve, the newest good one of the rig, or none."""
+
+
+def curve_choice(number: int | None, *, slopes_only: bool) -> CurveChoice:
+    """Return the choice that the options `--curve` and `--slopes-only` make."""
+    if slopes_only:
+        return "none"
+    return "newest" if number is None else number
+
+
+@dataclass(frozen=True, slots=True)
+class RunChoice:
+    """Which of what is stored a run is to use, as the options of a verb say it."""
+
+    database: str | None = None
+    """URL; None for the user's own."""
+    calibration: str | None = None
+    """Number of a calibration, `none`, or None for the newest good one of the rig, if any."""
+    curve: CurveChoice = "newest"
+
+
+@dataclass(frozen=True, slots=True)
+class RunCurve:
+    """The depth-slope curve that a run uses."""
+
+    id: int
+    curve: Curve
+    sweep_id: int
+    """Where it comes from."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One rig as a run uses it."""
+
+    profile: Profile
+    optics: Optics
+    curve: RunCurve | None = None
+    """None where slopes are wanted only."""
+    calibration: StoredCalibration | None = None
+    """What the optics come from; None for pictures as they are."""
+
+
+@dataclass(frozen=True, slots=True)
+class CalibratedRig:
+    """A rig as a calibration found it."""
+
+    profile: Profile
+    """As it was then."""
+    geometry: RigGeometry
+
+
+def open_run(
+    store: "Store",
+    profile: Profile,
+    calibration: str | None = None,
+    curve: CurveChoice = "newest",
+) -> Run:
+    """Return what a run of a rig uses.
+
+    Args:
+        store: where calibrations and curves are.
+        profile: the rig.
+        calibration: number of a calibration, `none`, or None for the newest good one, if any.
+        curve: which curve.
+
+    Raises:
+        ConfigError: the calibration is of another rig, of other views, of another stage, or of a
+            version that this program does not read; or its choice is no number.
+        CurveError: the curve is of another rig, of another arrangement of its cameras, or of
+            another calibration.
+        StoreError: there is no such calibration, or no such curve.
+    """
+    run = _run(profile, _chosen_calibration(store, profile.name, calibration))
+    if curve == "none":
+        return run
+    number = None if curve == "newest" else curve
+    return Run(profile, run.optics, find_curve(store, run, number), run.calibration)
+
+
+def run_with(store: "Store", profile: Profile, calibration_id: int | None) -> Run:
+    """Return a run with the calibration of a stored number, None for none; it has no curve.
+
+    Raises:
+        ConfigError: profile and calibration do not fit each other.
+        StoreError: there is no such calibration.
+    """
+    return _run(profile, None if calibration_id is None else store.calibration(calibration_id))
+
+
+def run_of_sweep(store: "Store", sweep: Sweep, calibration: str | None = None) -> Run:
+    """Return what the samples of a sweep are measured with; it has no curve.
+
+    Args:
+        store: where the calibrations are.
+        sweep: its profile is that of the run.
+        calibration: another calibration than that of the sweep, as in `open_run`.
+
+    Raises:
+        ConfigError: profile or calibration are of another version or of another rig.
+        StoreError: there is no such calibration.
+    """
+    profile = stored_profile(sweep)
+    if calibration is None:
+        return run_with(store, profile, sweep.calibration_id)
+    return open_run(store, profile, calibration, "none")
+
+
+def find_curve(store: "Store", run: Run, curve_id: int | None = None) -> RunCurve:
+    """Return the curve of a run: the one with a number, or the newest good one of the rig.
+
+    Raises:
+        CurveError: it is of another rig, of another arrangement of its cameras, or of another
+            calibration.
+        StoreError: there is none.
+    """
+    stored = store.active_curve(run.profile.name) if curve_id is None else store.curve(curve_id)
+    require_matching(run, stored_profile(store.sweep(stored.sweep_id)), stored)
+    return RunCurve(stored.id, Curve.from_json(stored.curve), stored.sweep_id)
+
+
+def stored_profile(stored: Sweep | StoredCalibration) -> Profile:
+    """Return the profile that a sweep or a calibration was made with.
+
+    Raises:
+        ConfigError: it was written by a version with other keys.
+    """
+    what = "sweep" if isinstance(stored, Sweep) else "calibration"
+    return parse_profile(dict(stored.profile), source=f"profile stored with {what} {stored.id}")
+
+
+def stored_rig(store: "Store", calibration_id: int) -> CalibratedRig:
+    """Return what a calibration found, and the rig that it is of.
+
+    Raises:
+        ConfigError: it was written by another version.
+        StoreError: there is no such calibration.
+    """
+    stored = store.calibration(calibration_id)
+    return CalibratedRig(stored_profile(stored), geometry_from_json(stored.geometry))
+
+
+def new_folder(store: "Store", kind: str, rig: str) -> Path:
+    """Name a folder beside the database for a run that nobody named, by rig and UTC time."""
+    return store.frames.parent / kind / f"{rig}_{datetime.now(UTC).strftime('%Y%m%d-%H%M%S')}"
+
+
+def optics_of(profile: Profile, calibration: StoredCalibration | None) -> Optics:
+    """Return the optics of a stored calibration, or of none.
+
+    Raises:
+        ConfigError: the calibration is of another rig, of other views, of another stage, or of a
+            version that this program does not read.
+    """
+    if calibration is None:
+        return nominal_optics(profile)
+    if calibration.rig != profile.name:
+        raise ConfigError(
+            f"calibration {calibration.id} is of rig {calibration.rig}, asked to use it for "
+            f"{profile.name}; choose another with --calibration, or none"
+        )
+    geometry = geometry_from_json(calibration.geometry)
+    if geometry.stage is not None:
+        _require_same_stage(profile, calibration)
+    return calibrated_optics(profile, geometry, calibration.id)
+
+
+def require_matching(run: Run, calibrated: Profile, curve: StoredCurve) -> None:
+    """Refuse a curve that was measured with another arrangement of cameras.
+
+    Args:
+        run: that is to use it.
+        calibrated: the rig as it was when the curve was measured.
+        curve: stored.
+
+    Raises:
+        CurveError: name, views or pitch differ, or it was measured with another calibration.
+    """
+    profile, now = run.profile, run.optics.calibration_id
+    what = profile.first_difference(calibrated, ("name", "views", "pitch_mm"))
+    if what is not None:
+        found, asked = getattr(calibrated, what), getattr(profile, what)
+        shown = f"{found} there, {asked} here" if what != "views" else "other places of views"
+        raise CurveError(
+            f"curve {curve.id} belongs to another rig: {what} differs ({shown}); "
+            f"run `rig sweep {profile.name}` or choose with --curve"
+        )
+    if curve.calibration_id != now:
+        raise CurveError(
+            f"curve {curve.id} was measured with {_in_words(curve.calibration_id)}, asked to use "
+            f"it with {_in_words(now)}: its slopes are others; run `rig fit {curve.sweep_id} "
+            f"--calibration {now or NO_CALIBRATION}`, or give "
+            f"--calibration {curve.calibration_id or NO_CALIBRATION}"
+        )
+
+
+def _run(profile: Profile, calibration: StoredCalibration | None) -> Run:
+    return Run(profile, optics_of(profile, calibration), None, calibration)
+
+
+def _chosen_calibration(store: "Store", rig: str, choice: str | None) -> StoredCalibration | None:
+    if choice is None:
+        return store.active_calibration(rig)
+    if choice == NO_CALIBRATION:
+        return None
+    if not choice.isdigit():
+        raise ConfigError(
+            f"--calibration {choice}: give the number of a calibration, or {NO_CALIBRATION}"
+        )
+    return store.calibration(int(choice))
+
+
+def _require_same_stage(profile: Profile, calibration: StoredCalibration) -> None:
+    """Refuse stage positions that are counted otherwise than when the calibration was made."""
+    then = calibration.profile.get("stage")
+    if profile.stage is None or not isinstance(then, dict):
+        return
+    stage = profile.stage.model_dump(mode="json")
+    for key in ("distance_at_machine_zero_mm", "direction"):
+        if then.get(key) != stage.get(key):
+            raise ConfigError(
+                f"calibration {calibration.id} was made with stage.{key} = {then.get(key)}, now it "
+                f"is {stage.get(key)}: its stage positions mean other places; calibrate again"
+            )
+
+
+def _in_words(calibration_id: int | None) -> str:
+    return "no calibration" if calibration_id is None else f"calibration {calibration_id}"

@@ -1,0 +1,84 @@
+"""What comes first when an interrupted sweep goes on: proof that the rig is still the same."""
+
+import statistics
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rig.curve import CurvePoint
+from rig.errors import TargetError
+from rig.hardware.opening import Hardware
+from rig.measurement import Measurement
+from rig.optics.optics import Optics
+from rig.plan import Stop
+from rig.progress import Tell
+from rig.sweep.job import SweepJob
+from rig.sweep.measure_sample import measure_sample
+from rig.sweep.points import axis_slopes_px, stop_results
+from rig.sweep.request import sweep_setup
+
+if TYPE_CHECKING:
+    from rig.database import Store
+
+
+def measure_left_over(job: SweepJob, sweep_id: int, store: "Store") -> None:
+    """Measure what was taken before an interruption: the last distance may be among it."""
+    measured = store.measurements(sweep_id)
+    for sample in store.samples(sweep_id):
+        if sample.key not in measured:
+            images = store.load(sample).stack()
+            found = measure_sample(job.run.profile, job.run.optics, images)
+            store.save_measurements(sweep_id, {sample.key: found})
+
+
+def measure_old_distance_again(
+    job: SweepJob, sweep_id: int, hardware: Hardware, store: "Store", tell: Tell
+) -> None:
+    """Prove that the rig is still the one that began the sweep.
+
+    Raises:
+        TargetError: the board is not where it was at the last finished distance.
+    """
+    results = stop_results(
+        store.samples(sweep_id),
+        store.measurements(sweep_id),
+        max_motion_px=sweep_setup(job.run.profile).config.max_motion_px,
+        optics=job.run.optics,
+    )
+    finished = [
+        (result.stop, result.point)
+        for result in results
+        if result.point is not None and result.point.samples == job.samples
+    ]
+    if not finished:
+        tell(f"sweep {sweep_id}: no distance was finished before; nothing to compare with")
+        return
+    _measure_again(*finished[-1], job, hardware, tell)
+
+
+def _measure_again(
+    stop: Stop, before: CurvePoint, job: SweepJob, hardware: Hardware, tell: Tell
+) -> None:
+    profile, optics = job.run.profile, job.run.optics
+    config = sweep_setup(profile).config
+    hardware.stage.move_to(stop.distance_mm, config.move_timeout_s)
+    hardware.clock.sleep_s(config.settle_s)
+    now = [
+        measure_sample(profile, optics, hardware.camera.grab(profile.camera.timeout_s).stack())
+        for _ in range(job.samples)
+    ]
+    change_px = statistics.fmean(_slopes_px(now, optics)) - before.slope_px
+    text = f"{stop.distance_mm:.1f} mm measured again: slope differs by {change_px:+.4f} px"
+    if abs(change_px) > config.max_motion_px:
+        raise TargetError(
+            f"{text}, allowed {config.max_motion_px:.4f} px; camera, board or stage have changed "
+            "since the sweep began: begin a new one",
+            reason="changed",
+        )
+    tell(text)
+
+
+def _slopes_px(measurements: Sequence[Measurement], optics: Optics) -> list[float]:
+    for measurement in measurements:
+        if measurement.failure is not None:
+            raise TargetError(measurement.failure.message, reason=measurement.failure.reason)
+    return axis_slopes_px(measurements, optics)

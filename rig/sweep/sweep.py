@@ -1,0 +1,115 @@
+"""One sweep from its job to its result: home, take, store, measure, conclude."""
+
+from contextlib import suppress
+
+from rig.database import Store, software_versions
+from rig.devices import SystemClock
+from rig.errors import StoreError
+from rig.hardware.opening import Hardware
+from rig.interrupts import Interrupts
+from rig.progress import Progress, Tell
+from rig.standstill import stopped
+from rig.sweep.conclude import SweepResult, conclude_sweep
+from rig.sweep.job import SweepJob
+from rig.sweep.measuring_thread import MeasuringThread
+from rig.sweep.request import SweepSetup, sweep_setup
+from rig.sweep.resume import measure_left_over, measure_old_distance_again
+from rig.sweep.take import SweepTimes, run_sweep
+
+
+def sweep_and_conclude(
+    job: SweepJob, hardware: Hardware, store: Store, progress: Progress, tell: Tell
+) -> SweepResult:
+    """Home, take and store every missing sample, measure, and conclude.
+
+    Whatever ends it early leaves the stage stopped and every taken sample in the database.
+
+    Raises:
+        RigError: a device, the target, the store or the curve; the sweep can be resumed.
+        KeyboardInterrupt: Ctrl-C; the sample in progress has been finished.
+    """
+    setup = sweep_setup(job.run.profile)
+    with Interrupts() as interrupts:
+        tell("homing the stage")
+        hardware.stage.home()
+        sweep_id = job.sweep_id if job.sweep_id is not None else _begin(job, hardware, store)
+        try:
+            if job.sweep_id is not None:
+                measure_left_over(job, sweep_id, store)
+                measure_old_distance_again(job, sweep_id, hardware, store, tell)
+            times = _take_all(job, sweep_id, setup, hardware, store, interrupts, progress)
+        except BaseException as error:
+            tell(
+                f"sweep {sweep_id} ended early, {stopped(hardware.stage)}; every sample taken is "
+                f"stored, go on with: rig sweep {job.run.profile.name} --resume {sweep_id}"
+            )
+            state = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
+            # On a full disk this fails as well; a sweep left `running` can be resumed all the same.
+            with suppress(StoreError):
+                store.finish_sweep(sweep_id, state)
+            raise
+        store.finish_sweep(sweep_id, "finished")
+    return conclude_sweep(store, sweep_id, times)
+
+
+def _begin(job: SweepJob, hardware: Hardware, store: Store) -> int:
+    return store.create_sweep(
+        rig=job.run.profile.name,
+        profile=job.run.profile.model_dump(mode="json"),
+        stops=job.stops,
+        samples_per_stop=job.samples,
+        versions=software_versions(),
+        devices={
+            "camera": dict(hardware.camera.identity),
+            "stage": dict(hardware.stage.identity),
+        },
+        calibration_id=job.run.optics.calibration_id,
+    )
+
+
+def _take_all(
+    job: SweepJob,
+    sweep_id: int,
+    setup: SweepSetup,
+    hardware: Hardware,
+    store: Store,
+    interrupts: Interrupts,
+    progress: Progress,
+) -> SweepTimes:
+    stored = store.samples(sweep_id)
+    done: dict[int, set[int]] = {}
+    for sample in stored:
+        done.setdefault(sample.stop.index, set()).add(sample.number)
+    times = SweepTimes(is_simulated=not isinstance(hardware.clock, SystemClock))
+    count = len(stored)
+    begun_s = hardware.clock.now_s()
+    with MeasuringThread(job.run) as measuring:
+        for taken in run_sweep(
+            job.stops,
+            stage=hardware.stage,
+            camera=hardware.camera,
+            clock=hardware.clock,
+            samples=job.samples,
+            settle_s=setup.config.settle_s,
+            move_timeout_s=setup.config.move_timeout_s,
+            grab_timeout_s=job.run.profile.camera.timeout_s,
+            times=times,
+            done={stop: frozenset(numbers) for stop, numbers in done.items()},
+            held=interrupts.held,
+        ):
+            sample = store.add_sample(
+                sweep_id,
+                stop=taken.stop.index,
+                number=taken.sample,
+                reached_mm=taken.reached_mm,
+                multiview=taken.multiview,
+            )
+            measuring.submit(sample.key, taken.multiview.stack())
+            store.save_measurements(sweep_id, measuring.finished())
+            count += 1
+            where = f"{taken.reached_mm:.1f} mm {taken.stop.direction}, sample {taken.sample + 1}"
+            progress(count, where)
+        for key, measurement in measuring.remaining():
+            store.save_measurements(sweep_id, {key: measurement})
+    times.total_s = hardware.clock.now_s() - begun_s
+    return times
