@@ -131,6 +131,29 @@ def test_every_verb_stands_on_the_page_of_the_command_line():
     assert {verb for verb in verbs if f"`rig {verb}" not in page} == set()
 
 
+def test_every_package_has_its_line_in_the_house_plan():
+    page = (ROOT / "docs/explanations/where-a-line-belongs.md").read_text()
+    packages = {path.parent.name for path in (ROOT / "rig").glob("*/__init__.py")}
+    assert {package for package in packages if f"`rig/{package}/`" not in page} == set()
+
+
+def test_every_type_of_the_glossary_is_a_class():
+    page = (ROOT / "docs/explanations/glossary.md").read_text()
+    named = set(re.findall(r"type `(\w+)`", page))
+    sources = "\n".join(path.read_text() for path in (ROOT / "rig").rglob("*.py"))
+    assert named >= {"MultiView", "Sighting", "Label"}
+    assert {
+        name for name in named if not re.search(rf"^class {name}\b", sources, re.MULTILINE)
+    } == set()
+
+
+def test_the_glossary_tells_every_word_once():
+    page = (ROOT / "docs/explanations/glossary.md").read_text()
+    words = re.findall(r"^(\S.*)\n: ", page, re.MULTILINE)
+    assert len(words) >= 50
+    assert sorted(words) == sorted(set(words))
+
+
 def test_what_is_not_there_is_noticed(tmp_path: Path):
     page = tmp_path / "page.md"
     text = (
