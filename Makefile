@@ -8,7 +8,7 @@ WORKERS ?= 2
 PYTEST := $(BIN)/python -m pytest -q -n $(WORKERS) --dist loadgroup --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all check format benchmarks clean
+.PHONY: help demo test test-all check format docs benchmarks clean
 
 help: ## Show what can be made
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 14
@@ -19,7 +19,7 @@ $(BIN)/python:
 
 # The demo needs less than the developers do, so it installs less.
 $(DEMO_READY): EXTRAS := sim,report
-$(READY): EXTRAS := sim,report,parquet,oak,dev
+$(READY): EXTRAS := sim,report,parquet,oak,dev,docs
 $(DEMO_READY) $(READY): pyproject.toml constraints.txt | $(BIN)/python
 	@echo "installing rig into .venv (once; a few minutes on a slow line) ..."
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[$(EXTRAS)]'
@@ -50,6 +50,10 @@ check: $(READY) ## Format, lint, types, import rules, then the quick tests
 format: $(READY) ## Rewrite the code in the house format
 	@$(BIN)/ruff format .
 	@$(BIN)/ruff check --fix .
+
+docs: $(READY) ## Build the site into build/docs; a warning or a dead link is an error
+	@$(BIN)/python -m sphinx -q -W --keep-going -b html docs build/docs
+	@echo "build/docs/index.html"
 
 benchmarks: $(READY) ## Measure the numbers that README quotes
 	@$(BIN)/python -m benchmarks

@@ -4,13 +4,15 @@
 """
 
 import importlib
+import importlib.util
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
 import typer.main
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from rig.cli import app
 
@@ -54,17 +56,25 @@ def missing_links(page: Path, text: str) -> set[str]:
 def is_there(name: str) -> bool:
     """Whether a dotted name is a module, or what a module holds."""
     parts = name.split(".")
-    for cut in range(len(parts), 0, -1):
-        try:
-            place: object = importlib.import_module(".".join(parts[:cut]))
-        except ModuleNotFoundError:
-            continue
-        for part in parts[cut:]:
-            if not hasattr(place, part):
-                return part in getattr(place, "__annotations__", {})
-            place = getattr(place, part)
-        return True
-    return False
+    cut = len(parts)
+    while cut and not is_module(".".join(parts[:cut])):
+        cut -= 1
+    if cut in (0, len(parts)):
+        return cut > 0
+    place: object = importlib.import_module(".".join(parts[:cut]))
+    for part in parts[cut:]:
+        if not hasattr(place, part):
+            return part in getattr(place, "__annotations__", {})
+        place = getattr(place, part)
+    return True
+
+
+def is_module(name: str) -> bool:
+    """Whether there is such a module; only the packages above it are imported."""
+    try:
+        return importlib.util.find_spec(name) is not None
+    except ModuleNotFoundError:
+        return False
 
 
 def table_names(text: str) -> Iterator[str]:
@@ -95,9 +105,17 @@ def shell_lines(text: str) -> Iterator[str]:
             yield command.group(1)
 
 
+@cache
+def typer_command() -> TyperCommand | TyperGroup:
+    """The whole command line, put together once."""
+    command = typer.main.get_command(app)
+    assert isinstance(command, TyperCommand | TyperGroup)
+    return command
+
+
 def wrong_call(call: str) -> str | None:
     """What a call of rig names that the command line does not have."""
-    command = typer.main.get_command(app)
+    command = typer_command()
     words = call.split()
     while isinstance(command, TyperGroup) and words:
         name = words.pop(0)
@@ -125,10 +143,33 @@ def test_a_page_names_only_what_is_there(page: Path):
 
 def test_every_verb_stands_on_the_page_of_the_command_line():
     page = (ROOT / "docs/reference/command-line.md").read_text()
-    group = typer.main.get_command(app)
+    group = typer_command()
     assert isinstance(group, TyperGroup)
     verbs = {name for name, command in group.commands.items() if not command.hidden}
     assert {verb for verb in verbs if f"`rig {verb}" not in page} == set()
+
+
+def test_every_package_has_its_line_in_the_house_plan():
+    page = (ROOT / "docs/explanations/where-a-line-belongs.md").read_text()
+    packages = {path.parent.name for path in (ROOT / "rig").glob("*/__init__.py")}
+    assert {package for package in packages if f"`rig/{package}/`" not in page} == set()
+
+
+def test_every_type_of_the_glossary_is_a_class():
+    page = (ROOT / "docs/explanations/glossary.md").read_text()
+    named = set(re.findall(r"type `(\w+)`", page))
+    sources = "\n".join(path.read_text() for path in (ROOT / "rig").rglob("*.py"))
+    assert named >= {"MultiView", "Sighting", "Label"}
+    assert {
+        name for name in named if not re.search(rf"^class {name}\b", sources, re.MULTILINE)
+    } == set()
+
+
+def test_the_glossary_tells_every_word_once():
+    page = (ROOT / "docs/explanations/glossary.md").read_text()
+    words = re.findall(r"^(\S.*)\n: ", page, re.MULTILINE)
+    assert len(words) >= 50
+    assert sorted(words) == sorted(set(words))
 
 
 def test_what_is_not_there_is_noticed(tmp_path: Path):
