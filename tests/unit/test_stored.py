@@ -1,7 +1,7 @@
 """One run, looked up once: what a verb opens, who asks the store, and who is returned to."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -55,7 +55,7 @@ class Trace:
 
 
 @contextmanager
-def traced(verb: str) -> Iterator[Trace]:
+def traced(verb: str) -> Generator[Trace]:
     trace, before = Trace(verb), sys.getprofile()
     sys.setprofile(trace)
     try:
