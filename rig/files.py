@@ -15,9 +15,26 @@ def put_in_place(path: Path, content: bytes) -> None:
     Raises:
         OSError: it cannot be written; an older file of this name is as it was.
     """
+    _put(path, content, survives_power_cut=False)
+
+
+def put_on_disk(path: Path, content: bytes) -> None:
+    """Put a file in place that survives a power cut from then on; see `put_in_place`.
+
+    Raises:
+        OSError: it cannot be written; an older file of this name is as it was.
+    """
+    _put(path, content, survives_power_cut=True)
+
+
+def _put(path: Path, content: bytes, *, survives_power_cut: bool) -> None:
     beside = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        beside.write_bytes(content)
+        with beside.open("wb") as file:
+            file.write(content)
+            if survives_power_cut:
+                file.flush()
+                os.fsync(file.fileno())
         beside.replace(path)
     finally:
         with suppress(OSError):  # gone if it took the name; else the first error is the one

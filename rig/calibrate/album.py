@@ -9,7 +9,6 @@ The `folder` camera replays them by the pattern `picture_*/<view>.png`.
 """
 
 import json
-import os
 from collections.abc import Iterator
 from dataclasses import asdict
 from datetime import UTC, datetime
@@ -20,6 +19,7 @@ from rig.calibrate.pictures import Picture
 from rig.database.frames import FrameWriter, read_frames
 from rig.database.trouble import explained
 from rig.errors import ConfigError
+from rig.files import put_on_disk
 from rig.profile import Profile
 from rig.profile.load import parse_profile
 from rig.records import StoredFrame
@@ -49,7 +49,7 @@ class Album:
         folder = frames / profile.name / f"calibration_{datetime.now(UTC):%Y%m%d-%H%M%S-%f}"
         with explained("keep the pictures of a calibration", folder):
             folder.mkdir(parents=True)
-            _write(folder / "profile.json", profile.model_dump_json(indent=2))
+            put_on_disk(folder / "profile.json", profile.model_dump_json(indent=2).encode())
         return cls(folder)
 
     @classmethod
@@ -97,7 +97,8 @@ class Album:
         }
         file = self.folder / "pictures.jsonl"
         with explained("keep a picture", file):
-            _write(file, "".join([*self._whole_lines(), json.dumps(line) + "\n"]))
+            lines = "".join([*self._whole_lines(), json.dumps(line) + "\n"])
+            put_on_disk(file, lines.encode())
 
     def pictures(self) -> Iterator[Picture]:
         """Yield the stored pictures, exactly as they were taken.
@@ -119,7 +120,7 @@ class Album:
         """
         file = self.folder / name
         with explained("write a calibration", file):
-            _write(file, text)
+            put_on_disk(file, text.encode())
         return file
 
     def _lines(self) -> list[dict[str, Any]]:
@@ -136,12 +137,3 @@ class Album:
 
     def _place(self, number: int) -> Path:
         return self.folder / f"picture_{number:03d}"
-
-
-def _write(file: Path, text: str) -> None:
-    beside = file.with_name(f".{file.name}.tmp")
-    with beside.open("w", encoding="utf-8") as written:
-        written.write(text)
-        written.flush()
-        os.fsync(written.fileno())
-    beside.replace(file)

@@ -62,14 +62,6 @@ class Tally:
             else:
                 self.found[view] += 1
 
-    def lines(self) -> list[str]:
-        """One line per view."""
-        return [
-            f"{name}: target in {found} of {self.pictures} pictures"
-            + "".join(f", {count} {reason}" for reason, count in reasons.most_common())
-            for name, found, reasons in zip(self.names, self.found, self.reasons, strict=True)
-        ]
-
 
 def sight(picture: Picture, target: Target) -> Sighted:
     """Look for the target in all views of a picture."""

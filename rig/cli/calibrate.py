@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from rig.cli.calibration_result import calibration_as_dict, calibration_lines
 from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
 from rig.cli.output import show, show_json, tell
 from rig.cli.words import calibration_numbers
@@ -117,9 +118,9 @@ def calibrate(
             tell(f"interrupted; the pictures are kept: rig calibrate {profile_name} --resume")
             raise typer.Exit(130) from None
     if as_json:
-        show_json(result.as_dict())
+        show_json(calibration_as_dict(result))
     else:
-        for line in result.lines():
+        for line in calibration_lines(result):
             show(line)
     if not result.calibration.verdict.good:
         tell(

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from rig.cli.output import show, show_json, tell
+from rig.cli.sweep_result import result_as_dict, result_lines
 
 if TYPE_CHECKING:
     from rig.sweep.conclude import SweepResult
@@ -13,9 +14,9 @@ if TYPE_CHECKING:
 def show_result(result: "SweepResult", *, as_json: bool) -> None:
     """Print a sweep's result; end with exit code 3 where it misses a gate."""
     if as_json:
-        show_json(result.as_dict())
+        show_json(result_as_dict(result))
     else:
-        for line in result.lines():
+        for line in result_lines(result):
             show(line)
     for failed in result.failed_gates:
         tell(f"rig: quality gate missed: {failed}")

@@ -1,25 +1,15 @@
 """`rig import`: another tool's calibration as that of a rig."""
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from rig.cli.format_choice import choice_of
 from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
 from rig.cli.output import show, show_json
 from rig.cli.pairs import pairs
-
-
-class ImportFormat(StrEnum):
-    """What can be read."""
-
-    ROS = "ros"
-    KALIBR = "kalibr"
-    OPENCV = "opencv"
-    DEPTHAI = "depthai"
-    MRCAL = "mrcal"
-    COLMAP = "colmap"
+from rig.export.formats import formats_of
 
 
 def import_calibration(
@@ -29,9 +19,7 @@ def import_calibration(
         typer.Argument(metavar="PATH", help="File, or folder for ros, opencv, mrcal, colmap."),
     ],
     *,
-    source: Annotated[
-        ImportFormat, typer.Option("--format", help="Whose format.", show_default=False)
-    ],
+    source: Annotated[str, choice_of("--format", formats_of("geometry"), "Whose format.")],
     views: Annotated[
         list[str] | None,
         typer.Option(
@@ -51,20 +39,20 @@ def import_calibration(
     told from it, and nothing of it is checked against pictures; `rig calibrate` does both.
     """
     from rig.database import open_store, software_versions
-    from rig.export.formats import format_named
+    from rig.export.geometry_format import geometry_format
     from rig.export.geometry_import import match_views
     from rig.geometry.rig_geometry_json import geometry_to_json
     from rig.profile.load import load_profile
 
     view_of = pairs("--view", views)
     profile = load_profile(profile_name, overrides or ())
-    geometry = match_views(format_named(source.value).read(path), profile, view_of)
+    geometry = match_views(geometry_format(source).read(path), profile, view_of)
     reference = geometry.cameras[geometry.reference]
     with open_store(database) as store:
         number = store.save_calibration(
             rig=profile.name,
             geometry=geometry_to_json(geometry),
-            quality={"imported": source.value, "from": str(path)},
+            quality={"imported": source, "from": str(path)},
             profile=profile.model_dump(mode="json"),
             versions=software_versions(),
             devices={},

@@ -4,7 +4,9 @@ Lengths in m. COLMAP puts pixel (0, 0)'s corner, not its centre, at the origin: 
 half a pixel larger than here. Format: COLMAP documentation, "Output Format" and "Camera Models".
 """
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from rig.errors import FormatError
 from rig.export import fields
+from rig.export.geometry_format import GeometryExport, GeometryFormat
 from rig.files import write_bytes
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import LensModel
@@ -147,3 +150,12 @@ def _numbers(words: list[str], where: str) -> list[float]:
         return fields.numbers([float(word) for word in words], where)
     except ValueError as error:
         raise FormatError(f"{where}: expected numbers, found {' '.join(words)[:60]}") from error
+
+
+@dataclass(frozen=True, slots=True)
+class ColmapExport(GeometryExport):
+    """Writes a calibration for COLMAP text model."""
+
+    format: ClassVar = GeometryFormat(
+        "colmap", "COLMAP text model", "", ("none", "brown5", "brown8", "fisheye"), write, read
+    )

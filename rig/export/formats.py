@@ -1,79 +1,79 @@
-"""The formats that hold a rig's geometry, and what each of them can hold."""
+"""The one table of other programs' formats; what writes them is imported when it is asked for."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import MISSING, Field, dataclass, fields
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, Literal, Protocol, cast
 
-from rig.errors import ConfigError, FormatError, StoreError
-from rig.export import colmap, depthai, kalibr, mrcal, opencv, ros
-from rig.export.agreement import aligned, largest_gap_px
-from rig.export.lens_change import Narrow, Refit, exact_lens, refit
-from rig.geometry.camera_model import CameraModel
-from rig.geometry.rig_geometry import RigGeometry
+from rig.errors import ConfigError
 
-AGREEMENT_PX = 1e-6
-"""A file that is read back puts points no further than this from where the calibration does."""
+if TYPE_CHECKING:
+    from rig.database import Store
+    from rig.export.exported import Exported
+
+
+class Exporter(Protocol):
+    """Writes one format; the fields of the dataclass are the options that it knows.
+
+    A field `device_json` is the option `--device-json`; one without a default must be given.
+    """
+
+    __dataclass_fields__: ClassVar[dict[str, Field[object]]]
+
+    def export(self, store: "Store", number: int, out: Path | None) -> "Exported":
+        """Write what a number of the store stands for.
+
+        Args:
+            store: where it is.
+            number: of a calibration, or of a sweep: see `Format.kind`.
+            out: file or folder to write; None makes a name of number and format, here.
+
+        Raises:
+            FormatError: the format cannot hold it.
+            StoreError: it is not there, or cannot be written.
+        """
+        ...
 
 
 @dataclass(frozen=True, slots=True)
-class GeometryFormat:
-    """One format of another tool."""
+class Format:
+    """One format."""
 
     name: str
-    tool: str
-    """Who reads it."""
-    path: str
-    """File that is made in the output folder; empty where it is the whole folder."""
-    holds: tuple[Narrow, ...]
-    """Lens models that it can hold."""
-    write: Callable[[RigGeometry, Path], None]
-    """Takes the geometry and the file or folder to write."""
-    read: Callable[[Path], RigGeometry]
+    kind: Literal["geometry", "samples", "depth"]
+    """What it holds: a calibration, which is read as well; the samples of a sweep; a depth map."""
+    exporter: str
+    """`module:class` below `rig.export`."""
+
+    def load(self) -> type[Exporter]:
+        """Import what writes it."""
+        module, _, name = self.exporter.partition(":")
+        return cast("type[Exporter]", getattr(import_module(f"rig.export.{module}"), name))
 
 
-FORMATS: Mapping[str, GeometryFormat] = {
+FORMATS: Mapping[str, Format] = {
     entry.name: entry
     for entry in (
-        GeometryFormat(
-            "ros", "ROS camera_info", "", ("none", "brown5", "brown8", "fisheye"),
-            ros.write, ros.read,
-        ),
-        GeometryFormat(
-            "kalibr", "Kalibr camchain", "camchain.yaml", ("none", "brown4", "fisheye"),
-            kalibr.write, kalibr.read,
-        ),
-        GeometryFormat(
-            "opencv", "OpenCV FileStorage", "", ("none", "brown5", "brown8", "fisheye"),
-            opencv.write, opencv.read,
-        ),
-        GeometryFormat(
-            "depthai", "DepthAI EEPROM JSON", "calibration.json",
-            ("none", "brown5", "brown8", "fisheye"), depthai.write, depthai.read,
-        ),
-        GeometryFormat(
-            "mrcal", "mrcal camera models", "", ("none", "brown5", "brown8"),
-            mrcal.write, mrcal.read,
-        ),
-        GeometryFormat(
-            "colmap", "COLMAP text model", "", ("none", "brown5", "brown8", "fisheye"),
-            colmap.write, colmap.read,
-        ),
+        Format("ros", "geometry", "ros:RosExport"),
+        Format("kalibr", "geometry", "kalibr:KalibrExport"),
+        Format("opencv", "geometry", "opencv:OpencvExport"),
+        Format("depthai", "geometry", "depthai_export:DepthaiExport"),
+        Format("mrcal", "geometry", "mrcal:MrcalExport"),
+        Format("colmap", "geometry", "colmap:ColmapExport"),
+        Format("csv", "samples", "samples:CsvExport"),
+        Format("parquet", "samples", "parquet:ParquetExport"),
+        Format("ply", "depth", "ply:PlyExport"),
     )
-}  # fmt: skip
+}
 
 
-@dataclass(frozen=True, slots=True)
-class Exported:
-    """What was written, and what had to be changed for it."""
-
-    path: Path
-    refits: Mapping[str, Refit]
-    """By view: lenses that were replaced by the nearest that the format can hold."""
-    gap_px: float
-    """Largest distance of a point between the file, read back, and what was written."""
+def formats_of(kind: Literal["geometry", "samples", "depth"]) -> tuple[str, ...]:
+    """Return the names of the formats of a kind."""
+    return tuple(entry.name for entry in FORMATS.values() if entry.kind == kind)
 
 
-def format_named(name: str) -> GeometryFormat:
+def format_named(name: str) -> Format:
     """Return a format.
 
     Raises:
@@ -84,68 +84,51 @@ def format_named(name: str) -> GeometryFormat:
     return FORMATS[name]
 
 
-def export_geometry(
-    geometry: RigGeometry,
-    target: GeometryFormat,
-    folder: Path,
-    *,
-    may_refit: bool = False,
-    write: Callable[[RigGeometry, Path], None] | None = None,
-    read_names: Mapping[str, str] | None = None,
-) -> Exported:
-    """Write a geometry, read it back, and compare where both put points.
+def exporter_for(name: str, given: Mapping[str, object]) -> Exporter:
+    """Return the exporter of a format with its options set.
 
     Args:
-        geometry: what to write.
-        target: the format.
-        folder: an existing or new folder to write into.
-        may_refit: whether a lens that the format cannot hold may be replaced by the nearest.
-        write: the format's writer with its options set, where it has some.
-        read_names: by view: what the format calls it, where that differs.
+        name: of the format.
+        given: options by the name of their field, those only that were given.
 
     Raises:
-        FormatError: the format cannot hold a lens, or what was read back is not what was written.
-        StoreError: the folder cannot be written.
+        ConfigError: no such format, an option that it does not know or cannot go without, or
+            options that contradict each other.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StoreError(
-            f"{folder}: cannot be made: {error.strerror}", advice="choose another"
-        ) from error
-    refits = _refits(geometry, target) if may_refit else {}
-    cameras = zip(geometry.names, geometry.cameras, strict=True)
-    written = replace(
-        geometry,
-        cameras=tuple(refits[n].camera if n in refits else c for n, c in cameras),
-        covariance=None if refits else geometry.covariance,
+    exporter = format_named(name).load()
+    foreign = [option for option in given if option not in _options(exporter)]
+    if foreign:
+        raise ConfigError(f"--format {name}: {'; '.join(_homes(foreign))}")
+    missing = [option for option in _required(exporter) if option not in given]
+    if missing:
+        raise ConfigError(f"--format {name}: needs {_listed(missing)}; give it as well")
+    return cast("Callable[..., Exporter]", exporter)(**given)
+
+
+def _options(exporter: type[Exporter]) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(exporter))
+
+
+def _required(exporter: type[Exporter]) -> tuple[str, ...]:
+    return tuple(
+        field.name
+        for field in fields(exporter)
+        if field.default is MISSING and field.default_factory is MISSING
     )
-    path = folder / target.path if target.path else folder
-    (write or target.write)(written, path)
-    names = [(read_names or {}).get(name, name) for name in written.names]
-    back = aligned(target.read(path), names, names[written.reference])
-    gap_px = largest_gap_px(written, back)
-    if not gap_px < AGREEMENT_PX:
-        raise FormatError(
-            f"{path}: read back, points lie {gap_px:.2g} px from where they should (allowed "
-            f"{AGREEMENT_PX:g} px)",
-            advice="do not use this file, and report it",
-        )
-    return Exported(path, refits, gap_px)
 
 
-def _refits(geometry: RigGeometry, target: GeometryFormat) -> dict[str, Refit]:
-    cameras = zip(geometry.names, geometry.cameras, strict=True)
-    return {
-        name: min((refit(camera, held) for held in target.holds), key=lambda r: r.rms_px)
-        for name, camera in cameras
-        if not any(_is_held(camera, held, name) for held in target.holds)
-    }
+def _homes(options: list[str]) -> list[str]:
+    """Say which formats know some options."""
+    known = {entry.name: _options(entry.load()) for entry in FORMATS.values()}
+    by_formats: dict[str, list[str]] = {}
+    for option in options:
+        at_home = ", ".join(name for name, names in known.items() if option in names)
+        by_formats.setdefault(at_home, []).append(option)
+    return [
+        f"{_listed(names)} {'go' if len(names) > 1 else 'goes'} with {at_home}"
+        for at_home, names in by_formats.items()
+    ]
 
 
-def _is_held(camera: CameraModel, held: Narrow, view: str) -> bool:
-    try:
-        exact_lens(camera, held, view=view, tool="")
-    except FormatError:
-        return False
-    return True
+def _listed(options: list[str]) -> str:
+    return " and ".join(f"--{option.replace('_', '-')}" for option in options)

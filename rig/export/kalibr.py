@@ -5,13 +5,16 @@ p1, p2), `equidistant` (four fisheye terms), `none`. Format: Kalibr wiki, "Yaml 
 """
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import yaml
 
 from rig.errors import FormatError
 from rig.export import fields
+from rig.export.geometry_format import GeometryExport, GeometryFormat
 from rig.export.lens_change import exact_lens
 from rig.files import write_bytes
 from rig.geometry.camera_model import CameraModel
@@ -124,3 +127,12 @@ def _name(entry: fields.Fields, n: int) -> str:
     topic = entry.get("rostopic")
     known = _TOPIC.match(topic) if isinstance(topic, str) else None
     return known.group(1) if known else f"cam{n}"
+
+
+@dataclass(frozen=True, slots=True)
+class KalibrExport(GeometryExport):
+    """Writes a calibration for Kalibr camchain."""
+
+    format: ClassVar = GeometryFormat(
+        "kalibr", "Kalibr camchain", "camchain.yaml", ("none", "brown4", "fisheye"), write, read
+    )

@@ -6,12 +6,15 @@ OPENCV8. Format: mrcal documentation, "cameramodel file formats".
 """
 
 import ast
+from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
 from rig.errors import FormatError
 from rig.export import fields
+from rig.export.geometry_format import GeometryExport, GeometryFormat
 from rig.files import write_bytes
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import LensModel
@@ -133,3 +136,12 @@ def _read_one(path: Path) -> tuple[CameraModel, Pose]:
     return fields.camera(
         (width, height), fields.four(numbers[:4], where), lens, coefficients, where
     ), pose
+
+
+@dataclass(frozen=True, slots=True)
+class MrcalExport(GeometryExport):
+    """Writes a calibration for mrcal camera models."""
+
+    format: ClassVar = GeometryFormat(
+        "mrcal", "mrcal camera models", "", ("none", "brown5", "brown8"), write, read
+    )

@@ -8,8 +8,9 @@ calibration sample of OpenCV writes them, is read as a pair.
 OpenCV writes the files; reading is done here, because OpenCV's own parser can hang on damaged ones.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
+from typing import ClassVar, cast
 
 import cv2
 import numpy as np
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 
 from rig.errors import FormatError
 from rig.export import fields
+from rig.export.geometry_format import GeometryExport, GeometryFormat
 from rig.files import write_bytes
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import COEFFICIENTS, LensModel
@@ -181,3 +183,12 @@ _Loader.add_constructor(
     "tag:yaml.org,2002:opencv-matrix",
     lambda loader, node: loader.construct_mapping(cast("yaml.MappingNode", node), deep=True),
 )
+
+
+@dataclass(frozen=True, slots=True)
+class OpencvExport(GeometryExport):
+    """Writes a calibration for OpenCV FileStorage."""
+
+    format: ClassVar = GeometryFormat(
+        "opencv", "OpenCV FileStorage", "", ("none", "brown5", "brown8", "fisheye"), write, read
+    )

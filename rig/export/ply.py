@@ -4,14 +4,22 @@ Each vertex has x, y, z and its 1-sigma of depth; pixels without an answer have 
 G. Turk, "The PLY polygon file format", Stanford, 1994.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.depth import read_pfm
 from rig.errors import FormatError
+from rig.export.exported import ExportedDepth
 from rig.files import write_bytes
-from rig.geometry.rectification import Rectification
+from rig.geometry.rectification import Rectification, rectify
+from rig.stored import stored_rig
+
+if TYPE_CHECKING:
+    from rig.database import Store
 
 _VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("sigma_mm", "<f4")])
 
@@ -79,3 +87,22 @@ def write_ply(path: Path, points_mm: NDArray[np.float64], sigma_mm: NDArray[np.f
     )
     write_bytes(path, header.encode() + vertices.tobytes())
     return count
+
+
+@dataclass(frozen=True, slots=True)
+class PlyExport:
+    """Writes the points of one depth map."""
+
+    capture: Path
+    """Folder of `rig capture`."""
+    frame: int = 0
+    """Which of its multi-views."""
+
+    def export(self, store: "Store", number: int, out: Path | None) -> ExportedDepth:
+        """See `Exporter.export`; the calibration is the one that the capture was made with."""
+        rig = stored_rig(store, number)
+        path = out or Path(f"depth_{self.frame:05d}.ply")
+        depth_mm = read_pfm(self.capture / f"depth_{self.frame:05d}.pfm")
+        sigma_mm = read_pfm(self.capture / f"sigma_{self.frame:05d}.pfm")
+        common = rectify(rig.geometry, rig.profile.pitch_mm)
+        return ExportedDepth(path, write_ply(path, points_of(depth_mm, common), sigma_mm))

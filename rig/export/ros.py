@@ -8,8 +8,9 @@ before or behind the others; the transforms (geometry_msgs/TransformStamped) tel
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
+from typing import ClassVar, cast
 
 import numpy as np
 import yaml
@@ -18,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from rig.errors import FormatError
 from rig.export import fields
+from rig.export.geometry_format import GeometryExport, GeometryFormat
 from rig.files import write_bytes
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import LensModel
@@ -205,3 +207,12 @@ def _data(entry: fields.Fields, name: str, count: int, where: str) -> list[float
     matrix = fields.mapping(fields.field(entry, name, where), f"{where} {name}")
     values = fields.field(matrix, "data", f"{where} {name}")
     return fields.numbers(values, f"{where} {name}", count=count)
+
+
+@dataclass(frozen=True, slots=True)
+class RosExport(GeometryExport):
+    """Writes a calibration for ROS camera_info."""
+
+    format: ClassVar = GeometryFormat(
+        "ros", "ROS camera_info", "", ("none", "brown5", "brown8", "fisheye"), write, read
+    )

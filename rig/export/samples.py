@@ -3,10 +3,15 @@
 import csv
 import io
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from rig.database import Store
+from rig.export.exported import ExportedSamples
 from rig.files import write_bytes
+
+if TYPE_CHECKING:
+    from rig.database import Store
 
 COLUMNS: tuple[str, ...] = (
     "sweep", "stop", "sample", "role", "direction", "distance_mm", "reached_mm", "taken_at",
@@ -17,7 +22,7 @@ COLUMNS: tuple[str, ...] = (
 Cell = str | int | float | None
 
 
-def sample_rows(store: Store, sweep_id: int) -> list[dict[str, Cell]]:
+def sample_rows(store: "Store", sweep_id: int) -> list[dict[str, Cell]]:
     """One row per stored sample, in the order of the sweep; what was not measured is None.
 
     Raises:
@@ -64,3 +69,14 @@ def write_csv(path: Path, rows: Sequence[dict[str, Cell]]) -> None:
     writer.writeheader()
     writer.writerows(rows)
     write_bytes(path, text.getvalue().encode())
+
+
+@dataclass(frozen=True, slots=True)
+class CsvExport:
+    """Writes the samples of a sweep as CSV."""
+
+    def export(self, store: "Store", number: int, out: Path | None) -> ExportedSamples:
+        """See `Exporter.export`."""
+        path, rows = out or Path(f"sweep_{number}.csv"), sample_rows(store, number)
+        write_csv(path, rows)
+        return ExportedSamples(path, len(rows))

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.database.trouble import explained
+from rig.files import put_in_place
 from rig.report.extra import report_extra
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def write_report(store: "Store", result: "SweepResult") -> Path:
     with report_extra(f"the report of sweep {result.sweep_id}", f"rig report {result.sweep_id}"):
         # Here, because plot library and mathematics take a second to import.
         from rig.report.page import report_html  # noqa: PLC0415
-    _write_atomically(result.report, report_html(store, result))
+    _write(result.report, report_html(store, result))
     return result.report
 
 
@@ -51,12 +52,10 @@ def write_calibration_page(path: Path, shown: "ShownCalibration") -> Path:
     """
     with report_extra(f"the page of a calibration of {shown.rig}", "calibrate again"):
         from rig.report.calibration.page import calibration_html  # noqa: PLC0415
-    _write_atomically(path, calibration_html(shown))
+    _write(path, calibration_html(shown))
     return path
 
 
-def _write_atomically(path: Path, text: str) -> None:
-    from rig.files import put_in_place  # noqa: PLC0415 - its package brings numpy
-
+def _write(path: Path, text: str) -> None:
     with explained("write the report", path):
         put_in_place(path, text.encode())

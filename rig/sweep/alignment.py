@@ -13,8 +13,6 @@ from rig.sweep.points import StopResult
 Float = NDArray[np.float64]
 
 _FEWEST_DISTANCES = 3
-_LITTLE_DEG = 0.05
-"""Angles below which nothing needs to be turned: a cosine error of 4e-7."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,14 +22,6 @@ class Angles:
     right_deg: float
     down_deg: float
     sigma_deg: tuple[float, float]
-
-    def as_dict(self) -> dict[str, object]:
-        """Return the angles for the command line's JSON."""
-        return {
-            "right_deg": self.right_deg,
-            "down_deg": self.down_deg,
-            "sigma_deg": list(self.sigma_deg),
-        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,33 +34,6 @@ class Alignment:
     """Positive: the stage carries the board to the right, or downwards, as it goes away."""
     is_calibrated: bool
     """Whether the optical axis is known, or taken to pass the middle of the picture."""
-
-    def as_dict(self) -> dict[str, object]:
-        """Return the alignment for the command line's JSON."""
-        return {
-            "board": None if self.board is None else self.board.as_dict(),
-            "stage": None if self.stage is None else self.stage.as_dict(),
-            "calibrated": self.is_calibrated,
-        }
-
-    def lines(self) -> list[str]:
-        """Say for a person what to turn, and by how much."""
-        lines: list[str] = []
-        if self.board is not None:
-            lines.append(
-                "board: "
-                + _said(self.board, "right side", "lower side", "farther", "nearer")
-                + _advice(self.board, "turn it back by as much to stand square to the axis")
-            )
-        if self.stage is not None:
-            middle = "" if self.is_calibrated else ", if that passes the middle of the picture"
-            lines.append(
-                "stage: moving away it goes "
-                + _directions(self.stage)
-                + f" of the optical axis{middle}"
-                + _advice(self.stage, "turn it back by as much to run along the axis")
-            )
-        return lines
 
 
 def board_field(stops: Sequence[StopResult], optics: Optics) -> FieldFit | None:
@@ -150,28 +113,3 @@ def _stage(stops: Sequence[StopResult], optics: Optics, focal_px: float | None) 
     sigma = np.degrees(np.sqrt(variance + optics.axis_variance_rad2))
     right, down = np.degrees(np.arctan(found[1])).tolist()
     return Angles(right, down, (float(sigma[0]), float(sigma[1])))
-
-
-def _said(angles: Angles, right: str, down: str, more: str, less: str) -> str:
-    parts = [
-        f"{side} {abs(angle):.2f} +- {2.0 * sigma:.2f} deg {more if angle > 0 else less}"
-        for side, angle, sigma in (
-            (right, angles.right_deg, angles.sigma_deg[0]),
-            (down, angles.down_deg, angles.sigma_deg[1]),
-        )
-    ]
-    return " and ".join(parts) + " (k=2)"
-
-
-def _directions(angles: Angles) -> str:
-    return (
-        f"{abs(angles.right_deg):.2f} +- {2.0 * angles.sigma_deg[0]:.2f} deg "
-        f"{'right' if angles.right_deg > 0 else 'left'} and {abs(angles.down_deg):.2f} +- "
-        f"{2.0 * angles.sigma_deg[1]:.2f} deg {'below' if angles.down_deg > 0 else 'above'} (k=2)"
-    )
-
-
-def _advice(angles: Angles, what: str) -> str:
-    pairs = zip((angles.right_deg, angles.down_deg), angles.sigma_deg, strict=True)
-    worth = any(abs(angle) > max(_LITTLE_DEG, 2.0 * sigma) for angle, sigma in pairs)
-    return f"; {what}" if worth else "; nothing to turn"

@@ -24,34 +24,6 @@ class CalibrationUse:
     """rms difference between depth by the cameras alone and by the stage, per cent; None without a
     stop."""
 
-    def as_dict(self) -> dict[str, object]:
-        """Return it for the command line's JSON."""
-        return {
-            "id": self.id,
-            "stage": None
-            if self.stage is None
-            else {"scale": self.stage[0], "axis_deg": self.stage[1]},
-            "zero_sigma_mm": self.zero_sigma_mm,
-            "cameras_against_stage_pct": self.disagreement_pct,
-        }
-
-    def lines(self) -> list[str]:
-        """Say it for a person."""
-        where = "distances are positions of the stage as it reads them"
-        if self.stage is not None and self.zero_sigma_mm is not None:
-            scale, angle_deg = self.stage
-            where = (
-                f"distances by its stage: scale {scale:.5f}, axis {angle_deg:.2f} deg off the "
-                f"optical axis, zero known to {2.0 * self.zero_sigma_mm:.3f} mm (k=2)"
-            )
-        lines = [f"calibration {self.id}: {where}"]
-        if self.disagreement_pct is not None:
-            lines.append(
-                "depth by the cameras of the calibration alone: differs by "
-                f"{self.disagreement_pct:.4f} % rms"
-            )
-        return lines
-
 
 def calibration_use(stops: Sequence[StopResult], optics: Optics) -> CalibrationUse | None:
     """Return what the calibration meant for a sweep, None without one."""

@@ -1,6 +1,6 @@
 """The end of a sweep: curve, held-out error and gates, from what is stored and nothing else."""
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rig.curve import CurveFit, Headline, fit_curve, headline
@@ -41,56 +41,15 @@ class SweepResult:
         """What keeps this curve from being used without asking, one line each."""
         return _failures(self.gates, self.stops)
 
-    def as_dict(self) -> dict[str, object]:
-        """Return the result as the command line's JSON contract."""
-        curve = self.fit.best
-        return {
-            "sweep": self.sweep_id,
-            "database": self.database,
-            "report": str(self.report),
-            "points": [asdict(stop.point) for stop in self.stops if stop.point is not None],
-            "curve": {
-                "id": self.curve_id,
-                "model": curve.model,
-                "params": curve.params,
-                "focus_mm": curve.focus_mm,
-                "valid_mm": list(curve.valid_mm),
-            },
-            "holdout": _holdout(self.fit) or None,
-            "failed_gates": list(self.failed_gates),
-            "alignment": self.alignment.as_dict(),
-            "epipolar_px": _epipolar(self.stops),
-            "calibration": None if self.calibration is None else self.calibration.as_dict(),
-            "times": None if self.times is None else asdict(self.times),
-        }
+    @property
+    def holdout(self) -> dict[str, object]:
+        """Error at the held-out distances, as it is stored; empty where there were none."""
+        return _holdout(self.fit)
 
-    def lines(self) -> list[str]:
-        """Return the result for a person, the most important first."""
-        curve, holdout = self.fit.best, self.fit.holdout
-        lines = [f"{self.rig}: {self.headline}"]
-        if holdout is not None:
-            lines.append(
-                f"held-out distances: rms {holdout.rms_pct:.4f} % ({holdout.rms_mm:.3f} mm), "
-                f"largest {holdout.max_pct:.4f} %, bias {holdout.bias_pct:+.4f} %"
-            )
-        focus = "outside the sweep"
-        if curve.focus_mm is not None and curve.focus_sigma_mm is not None:
-            focus = f"{curve.focus_mm:.2f} +- {2.0 * curve.focus_sigma_mm:.2f} mm (k=2)"
-        lines.append(f"curve {self.curve_id}: {curve.model}, focus distance {focus}")
-        if self.calibration is not None:
-            lines += self.calibration.lines()
-        if (errors := _epipolar(self.stops)) is not None:
-            lines.append(
-                f"epipolar error: mean {errors['mean']:.3f} px, 95th percentile "
-                f"{errors['p95']:.3f} px, largest {errors['max']:.3f} px"
-            )
-        lines += self.alignment.lines()
-        lines += [f"note: {warning}" for warning in self.fit.warnings]
-        if self.times is not None:
-            lines.append(self.times.line())
-        lines.append(f"sweep {self.sweep_id} in {self.database}")
-        lines.append(f"report: {self.report}")
-        return lines
+    @property
+    def epipolar_px(self) -> dict[str, float] | None:
+        """Distance of the corners from their epipolar lines; None where it is unknown."""
+        return _epipolar(self.stops)
 
 
 def conclude_sweep(store: Store, sweep_id: int, times: SweepTimes | None = None) -> SweepResult:

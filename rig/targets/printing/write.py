@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from rig.errors import ConfigError
+from rig.files import put_in_place
 from rig.targets.printing.drawing import Drawing
 from rig.targets.printing.pdf import pdf_of
 from rig.targets.printing.png import png_of
@@ -26,13 +27,9 @@ def write_sheet(path: Path, drawing: Drawing, dots_per_in: float) -> None:
             raise ConfigError(
                 f"--out {path}: {other or 'no suffix'}", advice="use .pdf, .svg or .png"
             )
-    beside = path.with_name(f".{path.name}.tmp")
     try:
-        beside.write_bytes(data)
-        beside.replace(path)
+        put_in_place(path, data)
     except OSError as error:
         raise ConfigError(
             f"--out {path}: cannot be written: {error.strerror}", advice="choose another place"
         ) from error
-    finally:
-        beside.unlink(missing_ok=True)

@@ -13,6 +13,7 @@ from rig.calibrate.guide import advise
 from rig.calibrate.live import held_pictures, motion_px
 from rig.calibrate.pictures import Picture
 from rig.calibrate.sight import Sighted, Tally, sight
+from rig.cli.calibration_result import tally_lines
 from rig.errors import TargetError
 from rig.frames import Frame, MultiView
 from rig.targets import Detection
@@ -125,4 +126,4 @@ def test_the_tally_says_where_and_why():
     picture = Picture(0, MultiView((Frame("left", image, 0.0, 0),)))
     tally = Tally(("left",))
     tally.add(sight(picture, BOARD))
-    assert tally.lines() == ["left: target in 0 of 1 pictures, 1 not-found"]
+    assert tally_lines(tally) == ["left: target in 0 of 1 pictures, 1 not-found"]

@@ -1,5 +1,6 @@
 """`rig calibrate` on a recording: its pictures are read, no camera waits for a target in a hand."""
 
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -62,21 +63,24 @@ def test_every_picture_of_a_recording_is_read_and_solved(tmp_path: Path) -> None
     assert not any("in your hand" in line for line in told)
     assert result.tally.found == [len(POSES)] * 3
     assert result.calibration.pictures == tuple(range(len(POSES)))
-    assert stored.devices["camera"]["kind"] == "recording"
+    assert stored.devices["camera"] == {
+        "kind": "recording",
+        "model": "recorded images",
+        "serial": str(tmp_path / "board.mcap"),
+    }
     camera = result.calibration.geometry.cameras[0]
     assert camera.fx_px == pytest.approx(SCENE.focal_px, rel=0.02)
     assert not list(result.file.parent.glob("picture_*"))  # a recording is not copied
     assert result.report.stat().st_size > 10_000
 
 
-@pytest.mark.parametrize("wish", [{"resume": True}, {"on_stage": True}])
-def test_a_recording_knows_no_stage_and_is_never_resumed(
-    tmp_path: Path, wish: dict[str, bool]
-) -> None:
+@pytest.mark.parametrize("wish", ["resume", "on_stage"])
+def test_a_recording_knows_no_stage_and_is_never_resumed(tmp_path: Path, wish: str) -> None:
     profile = recorded_rig(tmp_path / "board.mcap")
     stage = bench_profile().stage
     profile = profile.model_copy(update={"stage": stage})
+    request = replace(CalibrateRequest(profile), **{wish: True})
     with open_store(sqlite_url(tmp_path)) as store, Interrupts() as interrupts:
         operator = Operator(interrupts, lambda *_: None, lambda _: None)
         with pytest.raises(ConfigError, match="leave out --resume and --stage"):
-            run_calibration(CalibrateRequest(profile, **wish), store, operator)
+            run_calibration(request, store, operator)

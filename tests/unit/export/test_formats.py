@@ -18,12 +18,14 @@ from hypothesis import strategies as st
 from rig.errors import ConfigError, FormatError, StoreError
 from rig.export import depthai
 from rig.export.agreement import aligned, largest_gap_px
-from rig.export.formats import FORMATS, export_geometry, format_named
+from rig.export.formats import format_named, formats_of
+from rig.export.geometry_format import export_geometry, geometry_format
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import LensModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 
+FORMATS = {name: geometry_format(name) for name in formats_of("geometry")}
 LENSES: dict[LensModel, tuple[float, ...]] = {
     "none": (),
     "brown5": (-0.11, 0.06, 0.0011, -0.0007, -0.01),

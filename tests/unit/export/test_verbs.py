@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 
 from rig.depth import write_pfm
+from rig.errors import ConfigError
+from rig.export.formats import FORMATS
+from rig.export.geometry_format import geometry_format
 from rig.export.samples import COLUMNS
 from tests.support.command import Command
 from tests.support.stores import sqlite_url
@@ -170,3 +173,32 @@ def test_flashing_without_a_device_writes_nothing(
     assert "asked for no-such-device" in answer.err or "depthai is not installed" in answer.err
     assert not out.exists()
     assert not backup.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (("ros", "--socket", "a=CAM_A"), "--socket goes with depthai"),
+        (("csv", "--refit"), "--refit goes with ros, kalibr, opencv, depthai, mrcal, colmap"),
+        (("kalibr", "--frame", "0"), "--frame goes with ply"),
+        (("ros", "--device-json", "x", "--capture", "y"), "goes with depthai; --capture goes with"),
+        (("ply",), "--format ply: needs --capture"),
+    ],
+)
+def test_an_option_of_another_format_is_refused_with_those_that_know_it(
+    rig: Command, options: tuple[str, ...], says: str
+) -> None:
+    answer = rig("export", 1, "--format", *options)
+    assert answer.code == 2
+    assert says in " ".join(answer.err.split())
+
+
+def test_every_format_of_the_table_can_be_loaded_and_is_offered() -> None:
+    for name, entry in FORMATS.items():
+        assert entry.name == name
+        assert callable(entry.load().export)
+        if entry.kind == "geometry":
+            assert geometry_format(name).name == name
+        else:
+            with pytest.raises(ConfigError, match="those that hold one are ros, "):
+                geometry_format(name)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rig.cli.sweep_result import alignment_as_dict, alignment_lines, use_lines
 from rig.curve import CurvePoint
 from rig.geometry.epipolar_error import EpipolarError
 from rig.optics.calibrated import CalibratedOptics, calibrated_optics
@@ -79,7 +80,7 @@ def test_what_is_tilted_is_found_with_its_sign_and_size(optics: Optics) -> None:
     assert (found.board.right_deg, found.board.down_deg) == pytest.approx((0.8, -0.4), abs=0.02)
     assert (found.stage.right_deg, found.stage.down_deg) == pytest.approx((-0.3, 0.5), abs=0.01)
     assert max(*found.board.sigma_deg, *found.stage.sigma_deg) < 0.02
-    board, stage = found.lines()
+    board, stage = alignment_lines(found)
     assert "right side 0.8" in board
     assert "farther and lower side 0.4" in board
     assert "nearer (k=2); turn it back" in board
@@ -93,7 +94,7 @@ def test_what_stands_right_needs_no_turning() -> None:
     taken = stops(optics, board_deg=(0.0, 0.0), stage_deg=(0.01, 0.0))
     field = board_field(taken, optics)
     found = measure_alignment(taken, optics, field, pitch_mm=40.0, focal_px=FOCAL_PX)
-    assert all("nothing to turn" in line for line in found.lines())
+    assert all("nothing to turn" in line for line in alignment_lines(found))
 
 
 def test_what_is_unknown_is_not_made_up() -> None:
@@ -103,8 +104,8 @@ def test_what_is_unknown_is_not_made_up() -> None:
     blind = [replace(stop, tilt=None, centre_px=None) for stop in taken]
     assert board_field(blind, optics) is None
     found = measure_alignment(blind, optics, None, pitch_mm=40.0, focal_px=None)
-    assert (found.board, found.stage, found.lines()) == (None, None, [])
-    assert found.as_dict() == {"board": None, "stage": None, "calibrated": False}
+    assert (found.board, found.stage, alignment_lines(found)) == (None, None, [])
+    assert alignment_as_dict(found) == {"board": None, "stage": None, "calibrated": False}
 
 
 def test_a_field_is_taken_out_of_every_slope_of_a_stop() -> None:
@@ -146,5 +147,5 @@ def test_cameras_and_stage_are_compared() -> None:
     assert use.stage is not None
     assert use.stage[0] == 1.0015
     assert use.stage[1] == pytest.approx(0.585, abs=0.01)
-    assert "scale 1.00150" in use.lines()[0]
-    assert "0.1000 % rms" in use.lines()[1]
+    assert "scale 1.00150" in use_lines(use)[0]
+    assert "0.1000 % rms" in use_lines(use)[1]

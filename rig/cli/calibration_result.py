@@ -1,0 +1,108 @@
+"""The result of a calibration as JSON contract, and in words."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rig.calibrate.conclude import CalibrationResult
+    from rig.calibrate.sight import Tally
+
+
+def calibration_as_dict(result: "CalibrationResult") -> dict[str, object]:
+    """Return what `--json` prints."""
+    from rig.calibrate.conclude import quality_of
+
+    calibration, verdict = result.calibration, result.calibration.verdict
+    return {
+        "calibration": result.calibration_id,
+        "rig": result.rig,
+        "database": result.database,
+        "file": str(result.file),
+        "report": str(result.report),
+        "pictures": len(calibration.pictures),
+        "found": dict(zip(result.tally.names, result.tally.found, strict=True)),
+        "not_found": {
+            name: dict(reasons)
+            for name, reasons in zip(result.tally.names, result.tally.reasons, strict=True)
+        },
+        "depth_zero": _depth_zero(result),
+        **quality_of(calibration),
+        "verdict": {
+            "good": verdict.good,
+            "reasons": [{"code": r.code, "text": r.text} for r in verdict.reasons],
+            "notes": list(verdict.notes),
+            "poses": [
+                {
+                    "distance_mm": pose.distance_mm,
+                    "centre_px": list(pose.centre_px),
+                    "tilt_deg": list(pose.tilt_deg),
+                    "gain_pct": pose.gain_pct,
+                }
+                for pose in verdict.poses
+            ],
+        },
+    }
+
+
+def _depth_zero(result: "CalibrationResult") -> str:
+    """Where depth counts from, and how sure that is."""
+    geometry = result.calibration.geometry
+    reference = geometry.names[geometry.reference]
+    zero = f"the optical centre of {reference}, along its optical axis"
+    if geometry.stage is None:
+        return f"{zero}; no stage took part, nothing outside the camera is tied to it"
+    sigma_mm = float(geometry.stage.covariance[3, 3]) ** 0.5
+    return (
+        f"{zero}; at stage position 0 the target's middle is at {geometry.stage.zero_mm:.2f} "
+        f"+- {2 * sigma_mm:.2f} mm (k=2)"
+    )
+
+
+def calibration_lines(result: "CalibrationResult") -> list[str]:
+    """Return the result for a person, depth first."""
+    from rig.calibrate.conclude import pose_text
+
+    calibration, verdict = result.calibration, result.calibration.verdict
+    epipolar = calibration.epipolar
+    errors = ", ".join(
+        f"{error.picture_pct:.3f} % at {error.distance_mm / 1000:g} m"
+        for error in calibration.depth_error
+    )
+    lines = [
+        f"calibration {result.calibration_id} of {result.rig}: {verdict}",
+        f"depth error from calibration alone, k=2 over the picture: {errors or 'not known'}",
+        f"reprojection rms {calibration.rms_px:.3f} px, {calibration.held_out_rms_px:.3f} px "
+        f"on held-out pictures; {len(calibration.pictures)} pictures, lens {calibration.lens}",
+        f"epipolar error mean {epipolar.mean_px:.3f}, p95 {epipolar.p95_px:.3f}, "
+        f"max {epipolar.max_px:.3f} px",
+        f"depth counts from {_depth_zero(result)}",
+        *_stage_lines(result),
+        *tally_lines(result.tally),
+        *(f"note: {note}" for note in verdict.notes),
+    ]
+    if not verdict.good:
+        lines += [f"would help: {pose_text(pose)}" for pose in verdict.poses]
+    return [*lines, f"stored in {result.database}", f"report {result.report}"]
+
+
+def _stage_lines(result: "CalibrationResult") -> list[str]:
+    stage = result.calibration.geometry.stage
+    if stage is None:
+        return []
+    import numpy as np
+
+    sigma = 2 * np.sqrt(np.diag(stage.covariance))
+    right_deg, down_deg = np.degrees(np.arctan2(stage.axis[:2], stage.axis[2]))
+    return [
+        f"stage axis {right_deg:+.3f} deg to the right, {down_deg:+.3f} deg down "
+        f"(+- {np.degrees(sigma[0]):.3f}, {np.degrees(sigma[1]):.3f}), scale "
+        f"{stage.scale:.5f} +- {sigma[2]:.5f} (k=2)"
+    ]
+
+
+def tally_lines(tally: "Tally") -> list[str]:
+    """Say how often the target was found, one line per view."""
+    return [
+        f"{name}: target in {found} of {tally.pictures} pictures"
+        + "".join(f", {count} {reason}" for reason, count in reasons.most_common())
+        for name, found, reasons in zip(tally.names, tally.found, tally.reasons, strict=True)
+    ]

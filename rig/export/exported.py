@@ -1,0 +1,39 @@
+"""What an export has written, as values."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from rig.export.lens_change import Refit
+
+
+@dataclass(frozen=True, slots=True)
+class ExportedGeometry:
+    """A calibration, and what had to be changed for it."""
+
+    path: Path
+    gap_px: float
+    """Largest distance of a point between the file, read back, and what was written."""
+    refits: Mapping[str, Refit] = field(default_factory=dict[str, Refit])
+    """By view: lenses that were replaced by the nearest that the format can hold."""
+    backup: Path | None = None
+    """What a device held before it got this calibration; None where none did."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExportedSamples:
+    """The samples of a sweep."""
+
+    path: Path
+    rows: int
+
+
+@dataclass(frozen=True, slots=True)
+class ExportedDepth:
+    """The points of a depth map."""
+
+    path: Path
+    points: int
+
+
+Exported = ExportedGeometry | ExportedSamples | ExportedDepth

@@ -1,0 +1,137 @@
+"""What is common to the formats that hold a rig's geometry: written, read back, compared."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+from rig.errors import ConfigError, FormatError, StoreError
+from rig.export.agreement import aligned, largest_gap_px
+from rig.export.exported import ExportedGeometry
+from rig.export.formats import format_named, formats_of
+from rig.export.lens_change import Narrow, Refit, exact_lens, refit
+from rig.geometry.camera_model import CameraModel
+from rig.geometry.rig_geometry import RigGeometry
+from rig.stored import stored_rig
+
+if TYPE_CHECKING:
+    from rig.database import Store
+
+AGREEMENT_PX = 1e-6
+"""A file that is read back puts points no further than this from where the calibration does."""
+
+
+@dataclass(frozen=True, slots=True)
+class GeometryFormat:
+    """One format of another tool."""
+
+    name: str
+    tool: str
+    """Who reads it."""
+    path: str
+    """File that is made in the output folder; empty where it is the whole folder."""
+    holds: tuple[Narrow, ...]
+    """Lens models that it can hold."""
+    write: Callable[[RigGeometry, Path], None]
+    """Takes the geometry and the file or folder to write."""
+    read: Callable[[Path], RigGeometry]
+
+
+@dataclass(frozen=True, slots=True)
+class GeometryExport:
+    """Writes a calibration in the `format` of the class, an `Exporter`."""
+
+    format: ClassVar[GeometryFormat]
+
+    refit: bool = False
+    """Whether a lens that the format cannot hold is replaced by the nearest that it can."""
+
+    def folder(self, number: int, out: Path | None) -> Path:
+        """Return the folder to write into."""
+        return out or Path(f"calibration_{number}_{self.format.name}")
+
+    def export(self, store: "Store", number: int, out: Path | None) -> ExportedGeometry:
+        """See `Exporter.export`."""
+        geometry = stored_rig(store, number).geometry
+        return export_geometry(
+            geometry, self.format, self.folder(number, out), may_refit=self.refit
+        )
+
+
+def geometry_format(name: str) -> GeometryFormat:
+    """Return how a format of geometries is written and read.
+
+    Raises:
+        ConfigError: there is no such format, or it holds something else.
+    """
+    exporter = format_named(name).load()
+    if not issubclass(exporter, GeometryExport):
+        raise ConfigError(
+            f"format {name} asked for a calibration; those that hold one are "
+            f"{', '.join(formats_of('geometry'))}"
+        )
+    return exporter.format
+
+
+def export_geometry(
+    geometry: RigGeometry,
+    target: GeometryFormat,
+    folder: Path,
+    *,
+    may_refit: bool = False,
+    write: Callable[[RigGeometry, Path], None] | None = None,
+    read_names: Mapping[str, str] | None = None,
+) -> ExportedGeometry:
+    """Write a geometry, read it back, and compare where both put points.
+
+    Args:
+        geometry: what to write.
+        target: the format.
+        folder: an existing or new folder to write into.
+        may_refit: whether a lens that the format cannot hold may be replaced by the nearest.
+        write: the format's writer with its options set, where it has some.
+        read_names: by view: what the format calls it, where that differs.
+
+    Raises:
+        FormatError: the format cannot hold a lens, or what was read back is not what was written.
+        StoreError: the folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StoreError(f"{folder}: cannot be made: {error.strerror}; choose another") from error
+    refits = _refits(geometry, target) if may_refit else {}
+    cameras = zip(geometry.names, geometry.cameras, strict=True)
+    written = replace(
+        geometry,
+        cameras=tuple(refits[n].camera if n in refits else c for n, c in cameras),
+        covariance=None if refits else geometry.covariance,
+    )
+    path = folder / target.path if target.path else folder
+    (write or target.write)(written, path)
+    names = [(read_names or {}).get(name, name) for name in written.names]
+    back = aligned(target.read(path), names, names[written.reference])
+    gap_px = largest_gap_px(written, back)
+    if not gap_px < AGREEMENT_PX:
+        raise FormatError(
+            f"{path}: read back, points lie {gap_px:.2g} px from where they should (allowed "
+            f"{AGREEMENT_PX:g} px); do not use this file, and report it"
+        )
+    return ExportedGeometry(path, gap_px, refits)
+
+
+def _refits(geometry: RigGeometry, target: GeometryFormat) -> dict[str, Refit]:
+    cameras = zip(geometry.names, geometry.cameras, strict=True)
+    return {
+        name: min((refit(camera, held) for held in target.holds), key=lambda r: r.rms_px)
+        for name, camera in cameras
+        if not any(_is_held(camera, held, name) for held in target.holds)
+    }
+
+
+def _is_held(camera: CameraModel, held: Narrow, view: str) -> bool:
+    try:
+        exact_lens(camera, held, view=view, tool="")
+    except FormatError:
+        return False
+    return True
