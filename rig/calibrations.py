@@ -1,7 +1,8 @@
 """Which calibration a run uses: the one asked for, none, or the newest good one of the rig."""
 
-from rig.database import Store, StoredCalibration
+from rig.database import Store
 from rig.errors import ConfigError
+from rig.records import StoredCalibration
 
 NO_CALIBRATION = "none"
 

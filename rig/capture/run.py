@@ -14,13 +14,13 @@ from rig.capture.folder import CaptureFolder
 from rig.capture.live import CaptureTally, Measured, run_capture
 from rig.capture.picture import write_picture
 from rig.curve import Curve
-from rig.database import StoredCurve
 from rig.devices import Camera
 from rig.errors import CurveError
 from rig.interrupts import Interrupts
 from rig.optics.rectifier import Rectifier
 from rig.profile import Profile
 from rig.recording import RecordingWriter
+from rig.records import StoredCurve
 
 
 @dataclass(frozen=True, slots=True)

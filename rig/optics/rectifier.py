@@ -8,7 +8,6 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.database import StoredCalibration
 from rig.epipolar import Label, RectifiedViews, SlopeMap
 from rig.epipolar.board.lines import BoardViews
 from rig.epipolar.noise.model import NoiseModel, estimate_noise
@@ -21,6 +20,7 @@ from rig.geometry.rig_geometry_json import geometry_from_json
 from rig.optics.calibrated_views import CalibratedViews
 from rig.optics.resample import Resampler
 from rig.profile import Profile
+from rig.records import StoredCalibration
 
 Float = NDArray[np.float64]
 

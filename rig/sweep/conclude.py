@@ -5,11 +5,12 @@ from pathlib import Path
 
 from rig.calibrations import calibration_of
 from rig.curve import CurveFit, Headline, fit_curve, headline
-from rig.database import Store, Sweep, software_versions
+from rig.database import Store, software_versions
 from rig.errors import CurveError
 from rig.optics.rectifier import Rectifier, rectifier_of
 from rig.profile import Profile
 from rig.profile.load import parse_profile
+from rig.records import Sweep
 from rig.sweep.alignment import Alignment, board_field, measure_alignment
 from rig.sweep.calibration_use import CalibrationUse, calibration_use
 from rig.sweep.gates import Gate, quality_gates

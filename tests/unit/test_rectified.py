@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from rig.capture.run import require_matching
-from rig.database import StoredCalibration, StoredCurve
 from rig.epipolar import Label, NoiseModel, SlopeMap
 from rig.epipolar.views import RectifiedViews
 from rig.errors import ConfigError, CurveError, SlopeError
@@ -17,6 +16,7 @@ from rig.geometry.rig_geometry_json import geometry_to_json
 from rig.optics.calibrated_views import CalibratedViews
 from rig.optics.rectifier import Rectifier, rectifier_of
 from rig.profile import NoiseConfig, Profile
+from rig.records import StoredCalibration, StoredCurve
 from tests.support.cameras import SMALL, SmallRig
 from tests.support.geometry import true_geometry
 
