@@ -16,8 +16,8 @@ from rig_sim.clock import VirtualClock
 from rig_sim.world import World
 from scipy.special import erf
 
+from rig.epipolar.resample import Resampler
 from rig.geometry.rectification import Rectification, rectify
-from rig.optics.resample import Resampler
 from rig.profile.load import load_profile
 from tests.support.cameras import Slide
 from tests.support.geometry import true_geometry

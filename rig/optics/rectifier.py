@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rig.epipolar import Label, RectifiedViews, SlopeMap
 from rig.epipolar.board.lines import BoardViews
 from rig.epipolar.noise.model import NoiseModel, estimate_noise
+from rig.epipolar.resample import Resampler
 from rig.epipolar.views import Image
 from rig.errors import ConfigError
 from rig.frames import GreyImage
@@ -18,7 +19,6 @@ from rig.geometry.rectification import Rectification, rectify
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.rig_geometry_json import geometry_from_json
 from rig.optics.calibrated_views import CalibratedViews
-from rig.optics.resample import Resampler
 from rig.profile import Profile
 from rig.records import StoredCalibration
 

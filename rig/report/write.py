@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rig.database.trouble import explained
+from rig.disk import disk_explained
 from rig.report.extra import report_extra
 
 if TYPE_CHECKING:
@@ -58,5 +58,5 @@ def write_calibration_page(path: Path, shown: "ShownCalibration") -> Path:
 def _write_atomically(path: Path, text: str) -> None:
     from rig.files import put_in_place  # noqa: PLC0415 - its package brings numpy
 
-    with explained("write the report", path):
+    with disk_explained("write the report", path):
         put_in_place(path, text.encode())

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.mending.smooth_field import SmoothField
-from rig.optics.resample import Resampler
+from rig.epipolar.resample import Resampler
 
 Float = NDArray[np.float64]
 

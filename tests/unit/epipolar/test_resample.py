@@ -5,8 +5,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.special import erf
 
+from rig.epipolar.resample import Resampler
 from rig.errors import SlopeError
-from rig.optics.resample import Resampler
 
 Float = NDArray[np.float64]
 
