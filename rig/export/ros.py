@@ -13,9 +13,9 @@ from typing import cast
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from rig.arrays import Float
 from rig.errors import FormatError
 from rig.export import fields
 from rig.files import write_bytes
@@ -38,8 +38,6 @@ _LENSES: dict[str, tuple[LensModel, int]] = {
     "rational_polynomial": ("brown8", 8),
     "equidistant": ("fisheye", 4),
 }
-
-Float = NDArray[np.float64]
 
 
 def write(geometry: RigGeometry, folder: Path) -> None:

@@ -8,6 +8,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar import Label, RectifiedViews, SlopeMap
 from rig.epipolar.board.lines import BoardViews
 from rig.epipolar.noise.model import NoiseModel, estimate_noise
@@ -21,8 +22,6 @@ from rig.geometry.rig_geometry_json import geometry_from_json
 from rig.optics.calibrated_views import CalibratedViews
 from rig.profile import Profile
 from rig.records import StoredCalibration
-
-Float = NDArray[np.float64]
 
 _MISPLACED = 0.25
 """A calibrated view farther than this part of its baseline from where the profile has it is another
