@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.board_fit import BOARD, GAINS, X_STEPS, Y_STEPS, random_scene
+from rig.arrays import Float
 from rig.epipolar import RectifiedViews
 from rig.epipolar.board.fit import fit_board_slope
 from rig.targets.corners import find_corners
@@ -27,7 +28,6 @@ from tests.support.board_degradations import (
 )
 from tests.support.board_images import blurred, digitised
 
-Float = NDArray[np.float64]
 Grey = NDArray[np.float32]
 Pictures = NDArray[np.uint8]
 Sharp = list[Grey]

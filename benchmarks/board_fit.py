@@ -10,14 +10,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar import RectifiedViews
 from rig.epipolar.board.fit import fit_board_slope
 from rig.targets.checkerboard import Board
 from rig.targets.corners import find_corners
 from tests.support.board_images import BoardScene, blurred, digitised
 from tests.support.slope_bound import slope_bound_px
-
-Float = NDArray[np.float64]
 
 X_STEPS = np.array([0.0, -1.1, 0.93, 0.0, 0.0])
 Y_STEPS = np.array([0.0, 0.0, 0.0, -1.05, 0.96])

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.calibration_corners import corner_error_px, rendered_sightings
+from rig.arrays import Float
 from rig.geometry.bundle import Calibration, calibrate
 from rig.geometry.bundle.depth_error import DISTANCES_MM, depth_gradient, depth_sigma_mm
 from rig.geometry.camera_model import CameraModel
@@ -31,8 +32,6 @@ from tests.support.calibration_scene import (
     flat_board_mm,
     random_scene,
 )
-
-Float = NDArray[np.float64]
 
 NAMES = ("centre", "right", "low")
 PAIR = (0, 1)

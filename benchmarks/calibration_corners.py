@@ -9,6 +9,7 @@ a ChArUco board leave it.
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.sighting import Sighting
 from rig.targets.corner_fit import fit_crossings
 from tests.support.calibration_scene import (
@@ -19,8 +20,6 @@ from tests.support.calibration_scene import (
     flat_board_mm,
     turn,
 )
-
-Float = NDArray[np.float64]
 
 BLUR_PX, NOISE = 0.7, 2.0
 BLACK, WHITE = 40.0, 200.0

@@ -19,6 +19,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.calibrate.frames import stored_pictures
 from rig.calibrate.pictures import recorded_pictures
 from rig.calibrate.sight import Sighted, all_sightings, sight
@@ -31,8 +32,6 @@ from rig.geometry.sighting import Sighting
 from rig.hardware.opening import open_camera
 from rig.optics.target import target_of
 from rig.profile.load import load_profile
-
-Float = NDArray[np.float64]
 
 SETS = ("checkerboard-stereo", "charuco-4cam")
 SHARED = Path(os.environ.get("RIG_SHARED_DATA", Path(__file__).parents[3] / "shared" / "data"))

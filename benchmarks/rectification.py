@@ -16,13 +16,12 @@ from rig_sim.clock import VirtualClock
 from rig_sim.world import World
 from scipy.special import erf
 
+from rig.arrays import Float
+from rig.epipolar.resample import Resampler
 from rig.geometry.rectification import Rectification, rectify
-from rig.optics.resample import Resampler
 from rig.profile.load import load_profile
 from tests.support.cameras import Slide
 from tests.support.geometry import true_geometry
-
-Float = NDArray[np.float64]
 
 ROUNDS = 41
 BLURS_PX = (0.6, 0.7, 0.8, 1.0)

@@ -1,4 +1,4 @@
-"""What the database keeps, as plain values; no row of it ever leaves the package."""
+"""Sweeps, samples, curves and calibrations as they are kept: plain values that know no database."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.calibrate.sight import Sighted, all_sightings
 from rig.geometry.bundle.start_cameras import Seen, board_pose, guess_camera
 from rig.targets import Target
-
-Float = NDArray[np.float64]
 
 COLUMNS, ROWS = 5, 4
 """The grid in which the area of a picture is counted."""

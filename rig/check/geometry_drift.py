@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 from rig.check.items import Item, Status, failed, graded
-from rig.database import StoredCalibration
 from rig.errors import ConfigError, TargetError
 from rig.frames import MultiView
 from rig.geometry.drift import Drift, measure_drift
@@ -12,6 +11,7 @@ from rig.geometry.rig_geometry_json import geometry_from_json
 from rig.geometry.sighting import Sighting
 from rig.optics.target import target_of
 from rig.profile import Profile
+from rig.records import StoredCalibration
 from rig.targets import Target, find_target
 
 GeometryDrift = Callable[[MultiView], Item]

@@ -8,13 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rig.check.items import Item, Status, worst
 from rig.targets.checkerboard_diagnosis import MIN_SIDE_PX
 from rig.targets.corners import Corners
-
-Float = NDArray[np.float64]
 
 BORDER_PX = 4.0
 """A corner nearer to the border than this cannot be fitted."""

@@ -6,7 +6,7 @@ from rig.cli.options import AsJson, DatabaseUrl
 from rig.cli.output import show, show_json, table
 
 if TYPE_CHECKING:
-    from rig.database import StoredCalibration
+    from rig.records import StoredCalibration
 
 
 def history(*, database: DatabaseUrl = None, as_json: AsJson = False) -> None:

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.curve.field import FieldTerm
 from rig.curve.points import same_distance
-
-Float = NDArray[np.float64]
 
 FEWEST_DISTANCES = 5
 

@@ -1,30 +1,18 @@
-"""What goes wrong with disks and databases, each in one line with a way out."""
+"""What goes wrong with databases, each in one line with a way out."""
 
-import errno
 import sqlite3
 from collections.abc import Generator
 from contextlib import contextmanager
 
 from sqlalchemy.exc import SQLAlchemyError, StatementError
 
+from rig.disk import FULL, READ_ONLY, disk_explained
 from rig.errors import StoreError
-
-_FULL = ("the disk is full (or a size limit is reached)", "free space, then try again")
-_READ_ONLY = ("it may only be read", "check permissions, or choose another place with --db")
-
-_OF_SYSTEM = {
-    errno.ENOSPC: _FULL,
-    errno.EDQUOT: _FULL,
-    errno.EFBIG: _FULL,
-    errno.EROFS: _READ_ONLY,
-    errno.EACCES: _READ_ONLY,
-    errno.EPERM: _READ_ONLY,
-}
 
 # Beginnings of SQLite's result codes (https://sqlite.org/rescode.html).
 _OF_SQLITE = {
-    "SQLITE_FULL": _FULL,
-    "SQLITE_READONLY": _READ_ONLY,
+    "SQLITE_FULL": FULL,
+    "SQLITE_READONLY": READ_ONLY,
     "SQLITE_CANTOPEN": (
         "it cannot be opened",
         "check that its directory exists and may be written",
@@ -52,11 +40,8 @@ def explained(doing: str, place: object) -> Generator[None]:
         StoreError: instead of `OSError` and everything that SQLAlchemy raises.
     """
     try:
-        yield
-    except OSError as error:
-        unknown = (error.strerror or str(error), "check this path")
-        found, advice = _OF_SYSTEM.get(error.errno or 0, unknown)
-        raise StoreError(f"{place}: cannot {doing}: {found}", advice=advice) from error
+        with disk_explained(doing, place):
+            yield
     except SQLAlchemyError as error:
         found, advice = _found_by_database(error)
         raise StoreError(f"{place}: cannot {doing}: {found}", advice=advice) from error

@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.compute.kernel import kernel
 
-Float = NDArray[np.float64]
 Coefficients = NDArray[np.float32]
 
 _REACH = 8

@@ -7,12 +7,12 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar.mending.mending import Mending
 from rig.epipolar.noise.model import NoiseModel
 from rig.epipolar.placement.placement import Placement
 from rig.errors import SlopeError
 
-Float = NDArray[np.float64]
 Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 
 _SMALLEST_PX = 2

@@ -3,12 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rig.errors import FormatError
 from rig.geometry.rig_geometry import RigGeometry
-
-Float = NDArray[np.float64]
 
 _DEPTHS_MM = (300.0, 1000.0, 4000.0)
 _GRID = (9, 7)

@@ -6,15 +6,14 @@ from typing import cast
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import ConfigError, FormatError
 from rig.files import read_bytes
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import LensModel
 from rig.geometry.pose import Pose
 
-Float = NDArray[np.float64]
 Fields = Mapping[str, object]
 
 _MOST_TILT = 1e-5

@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rig.errors import FormatError
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import COEFFICIENTS, LensModel, distort
 
-Float = NDArray[np.float64]
 Narrow = Literal["brown4", "brown5", "brown8", "fisheye", "none"]
 """What a format can hold; `brown4` is k1, k2, p1, p2."""
 

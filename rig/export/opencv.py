@@ -15,8 +15,8 @@ from typing import ClassVar, cast
 import cv2
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import FormatError
 from rig.export import fields
 from rig.export.geometry_format import GeometryExport, GeometryFormat
@@ -28,8 +28,6 @@ from rig.geometry.rig_geometry import RigGeometry
 
 FILE = "rig.yml"
 _SAMPLE = ("intrinsics.yml", "extrinsics.yml")
-
-Float = NDArray[np.float64]
 
 
 def write(geometry: RigGeometry, folder: Path) -> None:

@@ -14,9 +14,9 @@ from typing import ClassVar, cast
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from rig.arrays import Float
 from rig.errors import FormatError
 from rig.export import fields
 from rig.export.geometry_format import GeometryExport, GeometryFormat
@@ -40,8 +40,6 @@ _LENSES: dict[str, tuple[LensModel, int]] = {
     "rational_polynomial": ("brown8", 8),
     "equidistant": ("fisheye", 4),
 }
-
-Float = NDArray[np.float64]
 
 
 def write(geometry: RigGeometry, folder: Path) -> None:

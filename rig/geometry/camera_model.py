@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import ConfigError
 from rig.geometry.lens import COEFFICIENTS, LensModel, distort, undistort
-
-Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

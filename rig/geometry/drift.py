@@ -5,17 +5,15 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import f as fisher
 
+from rig.arrays import Float
 from rig.errors import TargetError
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.sighting import Sighting
-
-Float = NDArray[np.float64]
 
 _POSE = 6
 _STEPS = 8

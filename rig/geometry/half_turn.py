@@ -4,13 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import CalibrationError
 from rig.geometry.bundle.start_cameras import Seen, board_pose, guess_camera
 from rig.geometry.sighting import Sighting
 
-Float = NDArray[np.float64]
 _Key = tuple[int, int]
 
 _HALF_TURN = np.diag([-1.0, -1.0, 1.0])

@@ -14,11 +14,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import ConfigError
 
-Float = NDArray[np.float64]
 LensModel = Literal["none", "brown5", "brown8", "fisheye"]
 
 COEFFICIENTS: dict[LensModel, int] = {"none": 0, "brown5": 5, "brown8": 8, "fisheye": 4}

@@ -17,14 +17,12 @@ exactly; for z = 0 this is the straight line p - m (x, y).
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import ConfigError
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
-
-Float = NDArray[np.float64]
 
 _FLAT = 0.1
 """Spread of the optical centres across their longest direction, as a share of that, below which

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import ConfigError
-
-Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

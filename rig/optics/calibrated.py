@@ -8,19 +8,18 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar import Label, RectifiedViews, SlopeMap
 from rig.epipolar.board.lines import BoardViews
 from rig.epipolar.noise.model import NoiseModel, estimate_noise
+from rig.epipolar.resample import Resampler
 from rig.errors import ConfigError
 from rig.frames import GreyImage
 from rig.geometry.rectification import Rectification, rectify
 from rig.geometry.rig_geometry import RigGeometry
 from rig.optics.calibrated_views import CalibratedViews
 from rig.optics.nominal import noise_of
-from rig.optics.resample import Resampler
 from rig.profile import Profile
-
-Float = NDArray[np.float64]
 
 _MISPLACED = 0.25
 """A calibrated view farther than this part of its baseline from where the profile has it is another

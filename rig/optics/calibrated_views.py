@@ -4,13 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar.views import Image
 from rig.errors import SlopeError
 from rig.geometry.rectification import Rectification
-
-Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from rig.curve import Curve
-from rig.database import Sample
+from rig.records import Sample
 from rig.report.curve_plots import DISTANCE
 from rig.report.evidence import Evidence
 from rig.report.figures import (

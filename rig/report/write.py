@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rig.database.trouble import explained
+from rig.disk import disk_explained
 from rig.files import put_in_place
 from rig.report.extra import report_extra
 
@@ -57,5 +57,7 @@ def write_calibration_page(path: Path, shown: "ShownCalibration") -> Path:
 
 
 def _write(path: Path, text: str) -> None:
-    with explained("write the report", path):
+    from rig.files import put_in_place  # noqa: PLC0415 - its package brings numpy
+
+    with disk_explained("write the report", path):
         put_in_place(path, text.encode())

@@ -4,13 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rig.curve import BoardTilt, FieldFit, fit_field
 from rig.optics.optics import Optics
 from rig.sweep.points import StopResult
-
-Float = NDArray[np.float64]
 
 _FEWEST_DISTANCES = 3
 

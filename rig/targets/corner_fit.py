@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.targets.crossing import (
     BLUR,
     HALF,
@@ -16,8 +17,6 @@ from rig.targets.crossing import (
     crossing_model,
     crossing_shape,
 )
-
-Float = NDArray[np.float64]
 
 _STEPS = 6
 _SETTLED = np.array([2e-3, 2e-3, 2e-3, 2e-3, 1e-2])

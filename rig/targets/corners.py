@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import TargetError
 from rig.geometry.homography import fit_homography, grid_places, map_points
 from rig.targets.checkerboard import Board
@@ -19,8 +20,6 @@ from rig.targets.corner_fit import CrossingFit, fit_crossings
 from rig.targets.lattice import Lattice, cut_to_size, grow_lattices
 from rig.targets.pyramid import Image, at_level, from_level, pyramid, search_order
 from rig.targets.saddles import find_saddles
-
-Float = NDArray[np.float64]
 
 _LEVELS = 3
 _SMOOTH_PX = 1.0

@@ -6,7 +6,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
+from rig.arrays import Float
+
 Single: TypeAlias = NDArray[np.floating[Any]]
 """Single precision; its type gets lost beside Python's numbers."""
 

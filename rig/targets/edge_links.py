@@ -5,8 +5,6 @@ from numpy.typing import NDArray
 
 from rig.targets.saddles import Saddles, bilinear
 
-Float = NDArray[np.float64]
-
 _PLACES = (
     (0.5, 1),
     (-0.25, -1),

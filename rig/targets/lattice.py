@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.targets.links import neighbours
 from rig.targets.saddles import Saddles
-
-Float = NDArray[np.float64]
 
 _FEWEST = 9
 _MAX_BEND = 0.15

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.targets.edge_links import are_edges
 from rig.targets.saddles import Saddles
 
-Float = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 _MAX_SINE = 0.4

@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.homography import grid_places
-
-Float = NDArray[np.float64]
 
 _REACH = 2
 """Neighbours: so many rows and columns away. Lens distortion is small over that distance."""

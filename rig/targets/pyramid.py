@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
+from rig.arrays import Float
+
 Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 Picture = NDArray[np.float32]
 

@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
+from rig.arrays import Float
+
 Picture = NDArray[np.float32]
 
 MAX_SADDLES = 400

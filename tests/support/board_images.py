@@ -9,8 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
+
 SUPERSAMPLING = 3
-Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

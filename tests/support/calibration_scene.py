@@ -7,11 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.sighting import Sighting
-
-Float = NDArray[np.float64]
 
 WIDTH, HEIGHT = 1280, 800
 COLUMNS, ROWS, SQUARE_MM = 10, 7, 25.0

@@ -4,9 +4,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar.board.slope import BoardSlope
-
-Float = NDArray[np.float64]
 
 
 def slope_bound_px(

@@ -6,7 +6,6 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from rig.database import StoredCalibration, StoredCurve
 from rig.epipolar import Label, NoiseModel, SlopeMap
 from rig.epipolar.views import RectifiedViews
 from rig.errors import ConfigError, CurveError, SlopeError
@@ -17,6 +16,7 @@ from rig.optics.calibrated import CalibratedOptics, calibrated_optics
 from rig.optics.calibrated_views import CalibratedViews
 from rig.optics.nominal import nominal_optics
 from rig.profile import NoiseConfig, Profile
+from rig.records import StoredCalibration, StoredCurve
 from rig.stored import Run, optics_of, require_matching
 from tests.support.cameras import SMALL, SmallRig
 from tests.support.geometry import true_geometry

@@ -10,12 +10,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar.board.slope import BoardSlope
 from rig.epipolar.estimate import estimate_slopes
 from rig.epipolar.views import Label, RectifiedViews, SlopeMap, SlopePrior
 from rig.errors import SlopeError
-
-Float = NDArray[np.float64]
 
 _PRIOR_SIGMA_PX = 0.25
 """Room for a board that is not flat and for imperfect rectification."""

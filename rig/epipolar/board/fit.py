@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar.board.corner_tracks import CornerPlane, corner_epipolar_error, fit_corner_tracks
 from rig.epipolar.board.light import LightField
 from rig.epipolar.board.lines import BoardLines, BoardViews, Paths
@@ -17,8 +17,6 @@ from rig.epipolar.spline import spline_coefficients
 from rig.errors import SlopeError, TargetError
 from rig.geometry.homography import fit_homography, grid_places, map_points
 from rig.targets.corners import Corners
-
-Float = NDArray[np.float64]
 
 SMOOTH_PX = 0.6
 """Gaussian before the fit. Splines need some; every bit more than that costs information."""

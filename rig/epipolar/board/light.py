@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
+from rig.arrays import Float
 
 
 @dataclass(frozen=True, slots=True)

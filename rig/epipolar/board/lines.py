@@ -8,12 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar.board.misalignment import Misalignment
 from rig.epipolar.spline import sample_lines
 from rig.epipolar.views import Image
 from rig.errors import SlopeError
-
-Float = NDArray[np.float64]
 
 _MIN_ENERGY = 0.02
 """Squared gradient, of the strongest edges, below which a pixel tells nothing about slope."""

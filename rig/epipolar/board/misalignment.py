@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
+from rig.arrays import Float
 
 _NOTICEABLE = 3.0
 """Residual of the tracks, in sigmas of a corner, above which a field is fitted."""

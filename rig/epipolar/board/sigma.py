@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
+from rig.arrays import Float
 
 _REACH_SIDES = 0.5
 """Reach of the correlation of residuals, in sides of a square: both flanks of an edge count as one,

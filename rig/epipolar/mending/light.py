@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar.mending.smooth_field import (
     DOUBT,
     HELD,
@@ -22,8 +23,6 @@ from rig.epipolar.mending.smooth_field import (
     robust_gain,
     values_everywhere,
 )
-
-Float = NDArray[np.float64]
 
 _ROUNDS = 4
 _GAIN_SHARE, _OFFSET_SHARE = 0.15, 0.1

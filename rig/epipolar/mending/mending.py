@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar.mending.light import LightField
 from rig.epipolar.mending.row_errors import RowErrors
 from rig.epipolar.noise.model import CrossNoise
-
-Float = NDArray[np.float64]
 
 _NOTICEABLE_LEVELS = 2.0
 """Light that is named; less is taken out without a word."""

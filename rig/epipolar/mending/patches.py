@@ -12,10 +12,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.compute.bands import run_in_bands
 from rig.compute.kernel import kernel
 
-Float = NDArray[np.float64]
 Places = NDArray[np.intp]
 
 _RADIUS_PX = 5

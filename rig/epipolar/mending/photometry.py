@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.compute.bands import run_in_bands
 from rig.epipolar.mending.first_match import FirstMatch
 from rig.epipolar.mending.gains import Gains, fit_gains, middle
@@ -20,7 +21,6 @@ from rig.epipolar.sampling import pad, sample_views
 from rig.epipolar.search.window import Cameras
 from rig.epipolar.views import Image
 
-Float = NDArray[np.float64]
 Light = tuple[LightField | None, ...]
 """Of each view; None where one gain and one offset say all."""
 

@@ -6,10 +6,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar.mending.smooth_field import SmoothField
-from rig.optics.resample import Resampler
-
-Float = NDArray[np.float64]
+from rig.epipolar.resample import Resampler
 
 _PATCH_SIGMA_PX = 0.05
 

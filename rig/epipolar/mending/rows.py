@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.compute.bands import run_in_bands
 from rig.epipolar.mending.first_match import FirstMatch
 from rig.epipolar.mending.patches import (
@@ -32,7 +33,6 @@ from rig.epipolar.mending.smooth_field import (
 )
 from rig.epipolar.search.window import Cameras
 
-Float = NDArray[np.float64]
 Map = NDArray[np.float32]
 
 _EXPECTED_PX = 3.0

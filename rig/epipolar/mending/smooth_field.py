@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
+from rig.arrays import Float
 
 _DEGREE = 4
 _ROUNDS = 5

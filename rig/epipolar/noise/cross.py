@@ -13,11 +13,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar.noise.model import CrossNoise, NoiseModel
 from rig.epipolar.sampling import pad, sample_tilts
 from rig.epipolar.search.window import Cameras
-
-Float = NDArray[np.float64]
 
 _BLOCKS, _MOST_BLOCKS, _SIDE_PX = 2800, 700, 7
 """Over all views, and of one."""

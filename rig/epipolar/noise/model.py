@@ -15,12 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.compute.bands import run_in_bands
 from rig.epipolar.noise.white import QUIET_SHARE, Blocks, blocks_of_all
 from rig.epipolar.rank import quantile
 from rig.errors import SlopeError
-
-Float = NDArray[np.float64]
 
 _GREY_BINS, _FEWEST_BINS, _FEWEST_BLOCKS = 8, 3, 10
 _EVEN = 0.3

@@ -12,9 +12,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.compute.bands import run_side_by_side
-
-Float = NDArray[np.float64]
 
 UNKNOWNS = 4
 """Of a view: shift right and down, px; position right and down, view steps."""

@@ -18,6 +18,7 @@ large as the errors that are seen, and becomes a part of the sigma of slopes
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.compute.bands import run_in_bands
 from rig.epipolar.median import near_jumps
 from rig.epipolar.placement.equations import UNKNOWNS, Lines
@@ -25,8 +26,6 @@ from rig.epipolar.placement.placement import Placement
 from rig.epipolar.placement.solve import expect_alike, fit_places, slope_variance
 from rig.epipolar.sampling import pad, sample_points
 from rig.epipolar.search.window import Cameras
-
-Float = NDArray[np.float64]
 
 _PIXELS, _SMALLEST_CELL_PX, _BORDER_PX = 2000, 8, 4
 _FEWEST_PIXELS, _FEWEST_VIEWS, _MOST_VIEWS = 150, 3, 32

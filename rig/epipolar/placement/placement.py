@@ -11,9 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.compute.bands import run_in_bands
-
-Float = NDArray[np.float64]
 
 _TAPS = 8
 

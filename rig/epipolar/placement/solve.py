@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar.placement.equations import (
     UNKNOWNS,
     Eliminated,
@@ -25,8 +26,6 @@ from rig.epipolar.placement.equations import (
     normal_equations_of_halves,
     summed,
 )
-
-Float = NDArray[np.float64]
 
 _DOUBT_SIGMAS, _ROUNDS = 3.0, 2
 _EXPECTED_PX, _HELD = 0.3, 1e8

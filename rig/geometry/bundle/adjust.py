@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.linearise import Target, linearise
 from rig.geometry.bundle.motion import Motion, measure_motion, notice_motion
 from rig.geometry.bundle.observations import Observations
@@ -12,8 +13,6 @@ from rig.geometry.bundle.priors import StageStops
 from rig.geometry.bundle.scatter import Scatter, measure_scatter, point_weights
 from rig.geometry.bundle.settle import Problem, settle
 from rig.geometry.bundle.unknowns import POSE, Free, StageLine, Unknowns, lay_out
-
-Float = NDArray[np.float64]
 
 _MOST_ROUNDS = 12
 _MOST_COARSE_ROUNDS = 3

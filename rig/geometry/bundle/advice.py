@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.adjust import Adjusted
 from rig.geometry.bundle.depth_error import DISTANCES_MM, depth_gradient, picture_grid
 from rig.geometry.bundle.geometry_of import rodrigues_by_shared
@@ -17,8 +18,6 @@ from rig.geometry.bundle.rotations import turns
 from rig.geometry.bundle.uncertainty import Uncertainty, picture_information
 from rig.geometry.bundle.unknowns import Layout, Unknowns
 from rig.geometry.rig_geometry import RigGeometry
-
-Float = NDArray[np.float64]
 
 _COUNT = 3
 _PLACES = (0.15, 0.5, 0.85)

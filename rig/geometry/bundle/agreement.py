@@ -5,12 +5,10 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.alone import Alone
 from rig.geometry.bundle.observations import Observations
-
-Float = NDArray[np.float64]
 
 _SIGMAS = 6.0
 """Two views disagree when their poses of the board are so many sigma apart, per degree of

@@ -3,16 +3,14 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.adjust import Adjusted
 from rig.geometry.bundle.normal import form
 from rig.geometry.bundle.rotations import apply, cross_matrix, times, turn_between
 from rig.geometry.bundle.scatter import measure_scatter, point_weights
 from rig.geometry.bundle.settle import settle
 from rig.geometry.bundle.unknowns import Free, lay_out
-
-Float = NDArray[np.float64]
 
 _STEPS = 10
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import ConfigError
 from rig.geometry.bundle.adjust import Adjusted, adjust, readjust
 from rig.geometry.bundle.depth_error import depth_errors
@@ -43,7 +43,6 @@ from rig.geometry.lens import LensModel
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.sighting import Sighting
 
-Float = NDArray[np.float64]
 Fixed = Literal["none", "intrinsics", "all"]
 """What `start` holds still: nothing, the cameras' intrinsics, or the extrinsics as well."""
 

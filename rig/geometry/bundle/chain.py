@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.compute.kernel import kernel
-
-Float = NDArray[np.float64]
 
 
 @kernel()

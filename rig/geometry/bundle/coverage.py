@@ -1,13 +1,10 @@
 """What the pictures did not show: tilts, corners, distances, pairs of views."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rig.geometry.bundle.adjust import Adjusted
 from rig.geometry.bundle.result import Reason
 from rig.geometry.rig_geometry import RigGeometry
-
-Float = NDArray[np.float64]
 
 _LEAST_TILT_DEG = 15.0
 _LEAST_RANGE = 1.4

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import CalibrationError
 from rig.geometry.bundle.geometry_of import rodrigues_by_shared, unknowns_of
 from rig.geometry.bundle.linearise import Target, linearise
@@ -14,8 +15,6 @@ from rig.geometry.bundle.unknowns import WARP
 from rig.geometry.lens import COEFFICIENTS
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
-
-Float = NDArray[np.float64]
 
 DISTANCES_MM = (500.0, 1000.0, 2000.0, 3000.0)
 """Where the headline is told."""

@@ -4,14 +4,12 @@ from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.result import Residuals
 from rig.geometry.bundle.rotations import cross_matrix
 from rig.geometry.epipolar_error import EpipolarError
 from rig.geometry.rig_geometry import RigGeometry
-
-Float = NDArray[np.float64]
 
 Seen = tuple[Residuals, Float]
 """A sighting and the undistorted rays (N, 3) of its points."""

@@ -3,16 +3,14 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.linearise import Target
 from rig.geometry.bundle.rotations import rodrigues_by_turn
 from rig.geometry.bundle.unknowns import Layout, StageLine, Unknowns
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry, StageGeometry
-
-Float = NDArray[np.float64]
 
 
 def unknowns_of(geometry: RigGeometry, boards: Sequence[Pose]) -> Unknowns:

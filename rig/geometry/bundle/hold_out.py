@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.adjust import Adjusted
 from rig.geometry.bundle.priors import StageStops
 from rig.geometry.bundle.settle import Problem, settle
 from rig.geometry.bundle.unknowns import Free, lay_out
-
-Float = NDArray[np.float64]
 
 FOLDS = 5
 _STEPS = 6

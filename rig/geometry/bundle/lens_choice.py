@@ -4,14 +4,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from rig.arrays import Float
 from rig.geometry.bundle.result import LensScore
 from rig.geometry.bundle.unknowns import Unknowns
 from rig.geometry.lens import COEFFICIENTS, LensModel, distort
-
-Float = NDArray[np.float64]
 
 SIMPLEST_FIRST: tuple[LensModel, ...] = ("brown5", "fisheye", "brown8")
 """A later model must be better than an earlier one by more than chance; the rational one can bend

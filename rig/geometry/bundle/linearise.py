@@ -3,15 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.chain import chain
 from rig.geometry.bundle.observations import Observations
 from rig.geometry.bundle.rotations import apply
 from rig.geometry.bundle.unknowns import POSE, WARP, Unknowns
 from rig.geometry.lens import COEFFICIENTS, distort
-
-Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

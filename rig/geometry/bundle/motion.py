@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.linearise import Linearised, Target
 from rig.geometry.bundle.normal import Reduced, form, solve
 from rig.geometry.bundle.observations import FEWEST_POINTS, Observations
@@ -19,7 +20,6 @@ from rig.geometry.bundle.rotations import apply, cross_matrix
 from rig.geometry.bundle.settle import Problem
 from rig.geometry.bundle.unknowns import POSE, Unknowns
 
-Float = NDArray[np.float64]
 Bool = NDArray[np.bool_]
 
 FREEDOM = 4.0

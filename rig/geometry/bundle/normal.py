@@ -7,8 +7,8 @@ each board's pose touches only its own picture, so its 6 x 6 block is inverted a
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.kernels import (
     accumulate,
     eliminate,
@@ -20,8 +20,6 @@ from rig.geometry.bundle.linearise import Linearised, Target
 from rig.geometry.bundle.observations import Observations
 from rig.geometry.bundle.priors import Pull, StageStops, pull_of_shared, stage_rows
 from rig.geometry.bundle.unknowns import POSE, Layout, Unknowns
-
-Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

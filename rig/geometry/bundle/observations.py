@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import CalibrationError, ConfigError
 from rig.geometry.sighting import Sighting
 
-Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
 FEWEST_POINTS = 6

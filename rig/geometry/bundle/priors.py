@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.linearise import Target
 from rig.geometry.bundle.rotations import turn_between
 from rig.geometry.bundle.unknowns import POSE, STAGE, Layout, Unknowns
 from rig.geometry.lens import COEFFICIENTS
 
-Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
 LENS_SIGMA = 1.0

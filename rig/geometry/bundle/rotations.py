@@ -1,9 +1,8 @@
 """Stacks of rotations and their small turns; arithmetic without BLAS, so that bits repeat."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
+from rig.arrays import Float
 
 _SMALL_RAD = 1e-5
 """Below this angle the series is exact to double precision."""

@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.observations import Observations
-
-Float = NDArray[np.float64]
 
 FREEDOM = 8.0
 """Student's t for the single point, while the answer is far and nothing is rejected."""

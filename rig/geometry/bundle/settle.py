@@ -3,15 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.linearise import Linearised, Target, linearise
 from rig.geometry.bundle.normal import follow_on, form
 from rig.geometry.bundle.observations import Observations
 from rig.geometry.bundle.priors import StageStops, pull_of_shared, stage_rows
 from rig.geometry.bundle.unknowns import Layout, Unknowns
-
-Float = NDArray[np.float64]
 
 _LEAST_DAMPING, _MOST_DAMPING = 1e-12, 1e6
 _LIGHT_DAMPING = 1e-8

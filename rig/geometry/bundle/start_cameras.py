@@ -9,15 +9,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.rotations import nearest_rotation
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.homography import fit_homography
 from rig.geometry.lens import COEFFICIENTS, LensModel
 from rig.geometry.pose import Pose
-
-Float = NDArray[np.float64]
 
 _SCAN = np.geomspace(0.25, 5.0, 11)
 """Focal lengths tried, in picture widths: fields of view from 127 to 11 degrees. The solve goes on

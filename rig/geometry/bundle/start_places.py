@@ -3,13 +3,10 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rig.geometry.bundle.start_cameras import Seen, board_misfit, board_pose
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
-
-Float = NDArray[np.float64]
 
 BoardsSeen = Mapping[tuple[int, int], Seen]
 """Boards by (picture, view)."""

@@ -3,16 +3,14 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.adjust import Adjusted
 from rig.geometry.bundle.agreement import Pair, blame, compare_views, find_step
 from rig.geometry.bundle.alone import Alone, fit_alone
 from rig.geometry.bundle.result import Reason
 from rig.geometry.bundle.start_cameras import Seen, board_misfit, board_pose
 from rig.geometry.rig_geometry import RigGeometry
-
-Float = NDArray[np.float64]
 
 _BLURRED = 2.0
 """Sightings so many times as noisy as the others of their view are blurred."""

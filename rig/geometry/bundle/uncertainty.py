@@ -3,15 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import CalibrationError
 from rig.geometry.bundle.adjust import Adjusted
 from rig.geometry.bundle.kernels import factorise
 from rig.geometry.bundle.linearise import linearise
 from rig.geometry.bundle.normal import Normal, Reduced, form, solve
-
-Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

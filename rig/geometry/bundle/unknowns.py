@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.rotations import apply, cross_matrix, times, turns
 from rig.geometry.lens import COEFFICIENTS, LensModel
 
-Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
 WARP = 3

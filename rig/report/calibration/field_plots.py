@@ -1,15 +1,13 @@
 """Fields over the picture: what the lens does, and how sure depth is."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.bundle.depth_error import depth_sigma_mm
 from rig.geometry.camera_model import CameraModel
 from rig.report.calibration.shown import ShownCalibration
 from rig.report.calibration.view_panels import draw_views
 from rig.report.figures import BLACK, BLUE, GREY, Axes, Figure, draw_svg, panels
-
-Float = NDArray[np.float64]
 
 _ACROSS, _DOWN = 33, 25
 _ARROWS = 4

@@ -4,12 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rig.frames import GreyImage
 from rig.geometry.bundle.result import Calibration, Residuals
-
-Float = NDArray[np.float64]
 
 MOST_PICTURES = 3
 """How many multi-views are shown with their corners."""

@@ -3,8 +3,8 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
 from rig.report.calibration.shown import ShownCalibration
@@ -19,8 +19,6 @@ from rig.report.figures import (
     Figure,
     draw_svg,
 )
-
-Float = NDArray[np.float64]
 
 _COLOURS = (VERMILLION, BLUE, GREEN, ORANGE, PURPLE)
 _PYRAMID_SHARE = 0.12

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.geometry.homography import fit_homography, grid_places, map_points
 from rig.targets.saddles import bilinear
 
-Float = NDArray[np.float64]
 Picture = NDArray[np.float32]
 
 _PLACES_IN_BIT = (-0.2, 0.2)

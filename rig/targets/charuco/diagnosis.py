@@ -1,8 +1,8 @@
 """Why a ChArUco board was not found, from what was found instead."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import TargetError
 from rig.targets.charuco.board import CharucoBoard, dictionary_bits
 from rig.targets.charuco.cells import SampledCells, sample_cells
@@ -11,8 +11,6 @@ from rig.targets.checkerboard_diagnosis import MAX_BLUR_RATIO, exposure_at_fault
 from rig.targets.lattice import Lattice
 from rig.targets.pyramid import Image, Picture
 from rig.targets.saddles import bilinear
-
-Float = NDArray[np.float64]
 
 _MIN_SIDE_PX = 6.0
 """As for a checkerboard: corners of smaller squares run together."""

@@ -8,8 +8,8 @@ resolutions, at most `MAX_SADDLES` points in each, three lattices, as many squar
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.targets.charuco.board import CharucoBoard
 from rig.targets.charuco.diagnosis import check_measurable, why_not
 from rig.targets.charuco.grid_fit import CornerGrid, fit_grid, has_square
@@ -18,8 +18,6 @@ from rig.targets.detection import Detection
 from rig.targets.lattice import Lattice, grow_lattices
 from rig.targets.pyramid import Image, Picture, from_level, pyramid, search_order
 from rig.targets.saddles import find_saddles
-
-Float = NDArray[np.float64]
 
 FEWEST_CORNERS = 6
 """Fewer do not fix the pose of the board with anything to spare."""

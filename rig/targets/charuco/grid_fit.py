@@ -5,14 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.targets.charuco.board import CharucoBoard
 from rig.targets.charuco.cells import flat_grid, padded_grid
 from rig.targets.corner_fit import fit_crossings
 from rig.targets.crossing import Markers
 from rig.targets.outliers import inliers
 from rig.targets.pyramid import Picture, at_level, from_level
-
-Float = NDArray[np.float64]
 
 _LEAST_CONTRAST = 0.35
 """Of the median: a crossing fitted with less is not of the board."""

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.targets.charuco.board import CharucoBoard
 from rig.targets.charuco.cells import ReadCells, sample_cells
 
-Float = NDArray[np.float64]
 Picture = NDArray[np.float32]
 
 _WRONG_SHARE = 0.13

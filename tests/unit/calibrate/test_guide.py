@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from rig_sim.clock import VirtualClock
 
 from rig.calibrate.coverage import coverage_of
@@ -24,7 +23,6 @@ BOARD = Board(9, 6, 25.0)
 SIZES = ((640, 400), (640, 400))
 NAMES = ("left", "right")
 FOCAL_PX = 560.0
-Float = NDArray[np.float64]
 
 
 def seen(

@@ -10,7 +10,6 @@ from rig_sim.clock import VirtualClock
 from rig_sim.world import World
 
 from rig.check.geometry_drift import geometry_drift, judge_geometry
-from rig.database import StoredCalibration
 from rig.errors import ConfigError
 from rig.frames import Frame, MultiView
 from rig.geometry.camera_model import CameraModel
@@ -19,6 +18,7 @@ from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.rig_geometry_json import geometry_to_json
 from rig.profile.load import load_profile
+from rig.records import StoredCalibration
 from tests.support.small_sim import SMALL_SIM
 
 PROFILE = load_profile("sim", SMALL_SIM)

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from rig.database import Measurement, Store, open_store
+from rig.database import Store, open_store
 from rig.errors import StoreError
+from rig.measurement import Measurement
 from tests.support.multiviews import noisy_multiview
 from tests.support.stores import STOPS, new_calibration, new_sweep, sqlite_url
 

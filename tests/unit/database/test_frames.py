@@ -7,8 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from rig.database import Sample, Store, open_store
+from rig.database import Store, open_store
 from rig.errors import StoreError
+from rig.records import Sample
 from tests.support.multiviews import VIEWS, noisy_multiview, same_multiview, ten_bit_multiview
 from tests.support.stores import new_sweep, sqlite_url
 

@@ -17,8 +17,9 @@ from pathlib import Path
 
 import pytest
 
-from rig.database import Measurement, Store, open_store
+from rig.database import Store, open_store
 from rig.errors import StoreError
+from rig.measurement import Measurement
 from tests.support.multiviews import noisy_multiview, same_multiview
 from tests.support.stores import new_sweep, sqlite_url
 

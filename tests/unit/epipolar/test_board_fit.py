@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar import RectifiedViews
 from rig.epipolar.board.fit import fit_board_slope
 from rig.errors import SlopeError, TargetError
@@ -19,7 +20,6 @@ EVEN = np.array([-1.0, 0.0, 1.0])
 GAINS = (1.0, 1.02, 0.98, 1.01, 0.97)
 SMALL = BoardScene(width=320, height=240, focal_px=330.0, focus_mm=600.0, distance_mm=560.0)
 
-Float = NDArray[np.float64]
 Image = NDArray[np.uint8] | NDArray[np.float32]
 
 

@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.special import erf
 
+from rig.arrays import Float
+from rig.epipolar.resample import Resampler
 from rig.errors import SlopeError
-from rig.optics.resample import Resampler
-
-Float = NDArray[np.float64]
 
 HEIGHT, WIDTH = 60, 90
 BLUR_PX = 0.6

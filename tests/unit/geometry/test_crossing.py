@@ -2,12 +2,10 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.stats import multivariate_normal, norm
 
+from rig.arrays import Float
 from rig.targets.crossing import BLUR, HALF, PARAMETERS, Markers, crossing_model, crossing_shape
-
-Float = NDArray[np.float64]
 
 OFFSET = np.stack(np.meshgrid(np.arange(-7.0, 8.0), np.arange(-7.0, 8.0)), axis=-1).reshape(-1, 2)
 MARKERS = Markers(

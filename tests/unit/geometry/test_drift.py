@@ -5,8 +5,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import TargetError
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.drift import measure_drift
@@ -14,8 +14,6 @@ from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.sighting import Sighting
 from tests.support.calibration_scene import BoardPose, Scene, TrueCamera, flat_board_mm, turn
-
-Float = NDArray[np.float64]
 
 PLACES_MM = ((0.0, 0.0, 0.0), (60.0, 0.0, 1.0), (0.0, 65.0, -1.0))
 TURNED_DEG = ((0.0, 0.0, 0.0), (0.3, -0.4, 0.2), (-0.2, 0.5, 0.1))

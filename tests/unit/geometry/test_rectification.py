@@ -4,16 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import ConfigError
 from rig.geometry.pose import Pose
 from rig.geometry.rectification import Rectification, rectify
 from rig.geometry.rig_geometry import RigGeometry
 from tests.support.cameras import SmallRig
 from tests.support.geometry import true_geometry
-
-Float = NDArray[np.float64]
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rig.database import Sample
 from rig.epipolar import Label
 from rig.optics.nominal import nominal_optics
 from rig.plan import Stop
 from rig.profile import Profile
+from rig.records import Sample
 from rig.report.epi import EdgeLine, Epi, board_epis
 from rig.report.evidence import Picture
 from tests.support.board_images import BoardScene, digitised

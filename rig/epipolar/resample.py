@@ -18,11 +18,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.compute.bands import run_in_bands
 from rig.compute.kernel import kernel
 from rig.errors import SlopeError
-
-Float = NDArray[np.float64]
 
 Weights: TypeAlias = tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]
 
