@@ -45,7 +45,8 @@ def test_the_schema_is_json(rig: Command):
 def test_check_accepts_good_profiles_and_names_what_is_wrong(rig: Command):
     assert rig("profile", "check", "sim", "sim-real").code == 0
     answer = rig("profile", "check", "sim", "--set", "sweep.cuont=3")
-    assert answer.code == 1
+    assert answer.code == 2
+    assert answer.err.startswith("rig: --set sweep.cuont=3: ")
     assert "did you mean count?" in answer.err
 
 
