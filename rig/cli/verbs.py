@@ -2,6 +2,7 @@
 
 import importlib
 import os
+import re
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, NamedTuple
 
@@ -58,6 +59,16 @@ VERBS: dict[str, dict[str, Verb]] = {
     },
 }
 """By what one wants to do."""
+
+_WORDS = (
+    (r"^Value error, ", ""),
+    (r"^Input should be a valid integer.*", "needs a whole number"),
+    (r"^Input should be a valid number.*", "needs a number"),
+    (r"^Input should be (greater|less) than or equal to ", r"must be \1 than or equal to "),
+    (r"^must be greater than or equal to ", "must be at least "),
+    (r"^must be less than or equal to ", "must be at most "),
+    (r"^Input should be ", "must be "),
+)
 
 _BEGIN = (
     ("rig sweep sim", "a whole calibration, without hardware"),
@@ -116,9 +127,19 @@ class _Verbs(TyperGroup):
         """Run the verb; one that Ctrl-C ends says so."""
         try:
             return super().invoke(ctx)
+        except typer.BadParameter as error:
+            error.message = _in_our_words(error.message)
+            raise
         except KeyboardInterrupt:
             tell("rig: interrupted")
             raise typer.Exit(130) from None
+
+
+def _in_our_words(message: str) -> str:
+    """Say it without the words of the library that reads the values of options."""
+    for theirs, ours in _WORDS:
+        message = re.sub(theirs, ours, message)
+    return message
 
 
 def _imported(name: str, verb: Verb) -> Any:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from rig.errors import ConfigError
+from rig.errors import ConfigError, OptionError
 from rig.targets.printing.drawing import Drawing
 from rig.targets.printing.pdf import pdf_of
 from rig.targets.printing.png import png_of
@@ -23,7 +23,7 @@ def write_sheet(path: Path, drawing: Drawing, dots_per_in: float) -> None:
         case ".png":
             data = png_of(drawing, dots_per_in)
         case other:
-            raise ConfigError(f"--out {path}: {other or 'no suffix'}; use .pdf, .svg or .png")
+            raise OptionError(f"--out {path}: {other or 'no suffix'}; use .pdf, .svg or .png")
     beside = path.with_name(f".{path.name}.tmp")
     try:
         beside.write_bytes(data)
