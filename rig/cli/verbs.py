@@ -3,7 +3,8 @@
 import importlib
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Annotated, Any, NamedTuple
 
 import typer
@@ -11,6 +12,7 @@ from typer.completion import get_completion_inspect_parameters
 from typer.core import TyperGroup
 
 from rig import __version__
+from rig.cli import INTERRUPTED
 from rig.cli.output import tell
 
 _SUMMARY = "Turn a multi-view camera into a calibrated depth camera."
@@ -123,16 +125,28 @@ class _Verbs(TyperGroup):
         with formatter.section("Begin with"):
             formatter.write_dl(_BEGIN)
 
+    def make_context(self, *args: Any, **settings: Any) -> Any:
+        """Read the words of the command line."""
+        with _one_line():
+            return super().make_context(*args, **settings)
+
     def invoke(self, ctx: Any) -> Any:
-        """Run the verb; one that Ctrl-C ends says so."""
-        try:
+        """Run the verb."""
+        with _one_line():
             return super().invoke(ctx)
-        except typer.BadParameter as error:
-            error.message = _in_our_words(error.message)
-            raise
-        except KeyboardInterrupt:
-            tell("rig: interrupted")
-            raise typer.Exit(130) from None
+
+
+@contextmanager
+def _one_line() -> Generator[None]:
+    """Say what ended a verb: Ctrl-C, or a value that its option cannot have."""
+    try:
+        yield
+    except typer.BadParameter as error:
+        error.message = _in_our_words(error.message)
+        raise
+    except KeyboardInterrupt:
+        tell("rig: interrupted")
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def _in_our_words(message: str) -> str:
