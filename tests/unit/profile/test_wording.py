@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rig.errors import ConfigError
+from rig.errors import ConfigError, OptionError
 from rig.places import profile_files
 from rig.profile.load import load_profile, parse_profile
 
@@ -102,7 +102,7 @@ def test_errors_of_the_file_name_the_file_and_those_of_an_override_the_override(
     path.write_text(FILES[0].read_text().replace("pitch_mm", "pitch_mmm"))
     with pytest.raises(ConfigError, match=r"bad\.toml: .*pitch_mm: missing"):
         load_profile(str(path), ["sweep.count=0"])
-    with pytest.raises(ConfigError, match=r"^--set sweep\.count=0: sweep\.count: must be at least"):
+    with pytest.raises(OptionError, match=r"^--set sweep\.count=0: sweep\.count: must be at least"):
         load_profile("sim", ["sweep.samples=3", "sweep.count=0", "name=other"])
     with pytest.raises(
         ConfigError, match=r"^--set views\.left\.name=right: view names must differ"
