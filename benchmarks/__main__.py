@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from benchmarks import board_fit, calibration, main_job, opening, rectification
+from benchmarks import board_fit, calibration, main_job, opening, rectification, start
 from benchmarks.slopes import __main__ as slopes
 
 if __name__ == "__main__":
     main_job.main()
     opening.main()
+    start.main()
     board_fit.main()
     calibration.main()
     rectification.main()

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from rig.errors import ConfigError
+from rig.errors import OptionError
 from rig.profile import FolderCameraConfig, Profile
 
 _VIDEOS = ("mp4", "avi", "mkv", "mov", "m4v", "webm")
@@ -30,7 +30,7 @@ def stored_pictures(profile: Profile, given: Sequence[str], root: Path) -> Profi
         folder = root
         files = dict(_pair(text) for text in given)
         if set(files) != set(names):
-            raise ConfigError(
+            raise OptionError(
                 f"--frames names {', '.join(sorted(files))}",
                 advice=f"give one VIEW=PATTERN for each of {', '.join(names)}, or one folder",
             )
@@ -43,7 +43,7 @@ def stored_pictures(profile: Profile, given: Sequence[str], root: Path) -> Profi
 def _pair(text: str) -> tuple[str, str]:
     name, equals, pattern = text.partition("=")
     if not (equals and name and pattern):
-        raise ConfigError(
+        raise OptionError(
             f"--frames {text}: no view and pattern",
             advice="write VIEW=PATTERN, or one folder alone",
         )
@@ -58,7 +58,7 @@ def _below(folder: Path, pattern: str) -> str:
 
 def _pattern(folder: Path, name: str) -> str:
     if not folder.is_dir():
-        raise ConfigError(f"--frames {folder}: no such folder", advice="correct the path")
+        raise OptionError(f"--frames {folder}: no such folder", advice="correct the path")
     for pattern in (
         *(f"{name}.{suffix}" for suffix in _VIDEOS),
         *(f"{name}/*.{suffix}" for suffix in _IMAGES),
@@ -67,7 +67,7 @@ def _pattern(folder: Path, name: str) -> str:
     ):
         if next(folder.glob(pattern), None) is not None:
             return pattern
-    raise ConfigError(
+    raise OptionError(
         f"--frames {folder}: nothing for view {name}",
         advice=f"expected {name}.mp4, images in {name}/, or images {name}*.png; or "
         f"name them with --frames {name}=PATTERN",

@@ -3,24 +3,25 @@
 import os
 import sys
 
-from rig.cli.output import tell
-from rig.errors import OptionError, RigError
-
 INTERRUPTED = 130
 
 
 def main() -> None:
     """Run the program; our own errors become one line and exit code 1, or 2 for an option's."""
     try:
-        code = _run()
+        if sys.stdout is None:  # closed by who called: nobody wants the words
+            sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115
+        code = _flushed(_run())
     except KeyboardInterrupt:
-        tell("rig: interrupted")
+        sys.stderr.write("rig: interrupted\n")
         code = INTERRUPTED
-    raise SystemExit(_flushed(code))
+    raise SystemExit(code)
 
 
 def _run() -> int:
-    from rig.cli.verbs import app  # inside: Ctrl-C may come while this is read
+    from rig.cli.output import tell  # inside: Ctrl-C may come while these are read
+    from rig.cli.verbs import app
+    from rig.errors import OptionError, RigError
 
     try:
         app(prog_name="rig")
@@ -29,6 +30,10 @@ def _run() -> int:
     except RigError as error:
         tell(f"rig: {' '.join(str(error).split())}")
         return 2 if isinstance(error, OptionError) else 1
+    except OSError as error:
+        if error.filename is not None:  # of a file, which the verb should have explained
+            raise
+        return _lost(error)
     return 0
 
 
@@ -37,8 +42,12 @@ def _flushed(code: int) -> int:
     try:
         sys.stdout.flush()
     except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes once more
-        if not isinstance(error, BrokenPipeError):
-            tell(f"rig: cannot write to stdout: {error.strerror}; choose another place for it")
-        return code or 1
+        return code or _lost(error)
     return code
+
+
+def _lost(error: OSError) -> int:
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes once more
+    if not isinstance(error, BrokenPipeError):
+        sys.stderr.write(f"rig: cannot write to stdout: {error.strerror}; send it elsewhere\n")
+    return 1

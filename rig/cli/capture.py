@@ -66,6 +66,8 @@ def capture(
     PNG in mm, labels, and one line in frames.jsonl. Depth counts from the optical centre of the
     reference camera along its axis. Ctrl-C ends an endless capture.
     """
+    if slopes_only and curve_id is not None:
+        raise typer.BadParameter("--slopes-only uses no --curve")
     from rig.capture.capture import CaptureRequest
     from rig.capture.on_rig import capture_on_rig
     from rig.cli.output import show_json, tell

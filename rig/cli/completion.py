@@ -15,7 +15,7 @@ class Shell(StrEnum):
 
 
 def completion(
-    shell: Annotated[Shell, typer.Argument(help="Shell that the script is for.")],
+    shell: Annotated[Shell, typer.Argument(metavar="SHELL", help="Shell that the script is for.")],
 ) -> None:
     """Print the script by which a shell completes verbs, options, profiles, formats and numbers.
 

@@ -8,6 +8,7 @@ import typer
 from rig.cli.options import AsJson, Overrides, ProfileName
 from rig.cli.output import show, show_json, table, tell
 from rig.cli.profile_new import new_profile
+from rig.cli.words import profile_names
 
 app = typer.Typer(help="List, show, check and write profiles.", no_args_is_help=True)
 app.command("new")(new_profile)
@@ -39,30 +40,48 @@ def list_profiles(*, as_json: AsJson = False) -> None:
 def show_profile(
     name: ProfileName, *, overrides: Overrides = None, as_json: AsJson = False
 ) -> None:
-    """Print a profile as it will be used, with defaults filled in."""
+    """Print a profile as it will be used, as TOML that can be saved: defaults are filled in."""
     from rig.profile.load import find_profile, load_profile
+    from rig.profile.toml_text import toml_text
 
     profile = load_profile(name, overrides or ())
     if as_json:
         show_json(profile.model_dump(mode="json"))
         return
     tell(f"{find_profile(name)}:")
-    for key, value in _flat("", profile.model_dump(mode="json")):
-        show(f"{key} = {json.dumps(value)}")
+    show(toml_text(profile).rstrip("\n"))
 
 
 @app.command("check")
 def check_profile(
-    names: Annotated[list[str], typer.Argument(metavar="PROFILE...", help="Names or paths.")],
+    names: Annotated[
+        list[str],
+        typer.Argument(metavar="PROFILE", help="Names or paths.", autocompletion=profile_names),
+    ],
     *,
     overrides: Overrides = None,
 ) -> None:
-    """Check that profiles can be used; the first one that cannot ends with an error."""
-    from rig.profile.load import load_profile
+    """Check profiles for what needs no hardware.
 
+    That they can be used at all (the first one that cannot ends with an error), that the sweep is
+    inside the travel, that lengths can be mm, that files are there, and that no placeholder and no
+    MEASURE is left. Exit code 3 says that something of this was found.
+    """
+    from rig.profile.doubts import doubts
+    from rig.profile.load import find_profile, load_profile
+
+    doubted: list[str] = []
     for name in names:
         profile = load_profile(name, overrides or ())
-        show(f"{name}: good; {len(profile.views)} views, camera {profile.camera.kind}")
+        found = doubts(profile, find_profile(name).read_text(encoding="utf-8"))
+        verdict = f"{len(found)} to settle" if found else "good"
+        show(f"{name}: {verdict}; {len(profile.views)} views, camera {profile.camera.kind}")
+        for doubt in found:
+            show(f"  {doubt}")
+        doubted += [name] if found else []
+    if doubted:
+        tell(f"rig: to be settled before a run: {', '.join(doubted)}")
+        raise typer.Exit(3)
 
 
 @app.command("schema")
@@ -71,16 +90,3 @@ def show_schema() -> None:
     from rig.profile import Profile
 
     show(json.dumps(Profile.model_json_schema(), indent=2))
-
-
-def _flat(prefix: str, value: object) -> list[tuple[str, object]]:
-    if isinstance(value, dict):
-        items = value.items()
-    elif isinstance(value, list) and value and isinstance(value[0], dict):
-        items = [(str(item.get("name", i)), item) for i, item in enumerate(value)]
-    else:
-        return [(prefix, value)]
-    lines: list[tuple[str, object]] = []
-    for key, item in items:
-        lines += _flat(f"{prefix}.{key}" if prefix else str(key), item)
-    return lines

@@ -102,6 +102,8 @@ def sweep(
     more = more or []
     if more and not (resume or at_mm):
         raise typer.BadParameter(f"{' '.join(more)}: give distances after --at-mm")
+    if from_mm is not None and from_mm == to_mm:
+        raise typer.BadParameter(f"--from-mm and --to-mm are both {from_mm:g}; give two ends")
     if at_mm and (resume or not (from_mm is to_mm is count is None)):
         raise typer.BadParameter("--at-mm stands alone, without --from-mm, --to-mm, --count")
     if resume and calibration is not None:
@@ -133,13 +135,15 @@ def _numbers(texts: list[str]) -> list[float]:
         raise typer.BadParameter(f"{' '.join(texts)}: distances are numbers in mm") from error
     for number in numbers:
         finite(number)
+    if len(set(numbers)) < len(numbers):
+        raise typer.BadParameter(f"{' '.join(texts)}: give every distance once")
     return numbers
 
 
 def _sweep_number(more: list[str]) -> int | None:
     if not more:
         return None
-    if len(more) > 1 or not more[0].isdecimal():
+    if len(more) > 1 or not more[0].isdecimal() or int(more[0]) < 1:
         raise typer.BadParameter(f"{' '.join(more)}: after --resume comes one sweep number")
     return int(more[0])
 

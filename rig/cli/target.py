@@ -1,5 +1,7 @@
 """`rig target`: a board to print."""
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -100,7 +102,8 @@ def target(
         board = _of_profile(profile_name, overrides or [])
     else:
         board = _asked(kind, size, square_mm, marker_mm, dictionary, inverted, legacy)
-    drawing = draw_sheet(board, page_mm(page), border_mm)
+    with _from_options():
+        drawing = draw_sheet(board, page_mm(page), border_mm)
     write_sheet(out, drawing, dots_per_in)
     width_mm, height_mm = board_size_mm(board)
     if as_json:
@@ -147,7 +150,21 @@ def _asked(
     columns, cross, rows = size.lower().partition("x")
     if not (cross and columns.isdigit() and rows.isdigit()):
         raise typer.BadParameter(f"--size {size}: write COLUMNSxROWS, such as 9x6")
-    if kind is Kind.CHECKERBOARD:
-        return Board(int(columns), int(rows), square_mm)
     marker_mm = 0.75 * square_mm if marker_mm is None else marker_mm
-    return CharucoBoard(int(columns), int(rows), square_mm, marker_mm, dictionary, inverted, legacy)
+    with _from_options():
+        if kind is Kind.CHECKERBOARD:
+            return Board(int(columns), int(rows), square_mm)
+        return CharucoBoard(
+            int(columns), int(rows), square_mm, marker_mm, dictionary, inverted, legacy
+        )
+
+
+@contextmanager
+def _from_options() -> Generator[None]:
+    """What is refused here stands in options, not in a profile."""
+    from rig.errors import ConfigError, OptionError
+
+    try:
+        yield
+    except ConfigError as error:
+        raise OptionError(str(error)) from error

@@ -2,7 +2,9 @@
 
 import importlib
 import os
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Generator, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Annotated, Any, NamedTuple
 
 import typer
@@ -10,6 +12,7 @@ from typer.completion import get_completion_inspect_parameters
 from typer.core import TyperGroup
 
 from rig import __version__
+from rig.cli import INTERRUPTED
 from rig.cli.output import tell
 
 _SUMMARY = "Turn a multi-view camera into a calibrated depth camera."
@@ -58,6 +61,16 @@ VERBS: dict[str, dict[str, Verb]] = {
     },
 }
 """By what one wants to do."""
+
+_WORDS = (
+    (r"^Value error, ", ""),
+    (r"^Input should be a valid integer.*", "needs a whole number"),
+    (r"^Input should be a valid number.*", "needs a number"),
+    (r"^Input should be (greater|less) than or equal to ", r"must be \1 than or equal to "),
+    (r"^must be greater than or equal to ", "must be at least "),
+    (r"^must be less than or equal to ", "must be at most "),
+    (r"^Input should be ", "must be "),
+)
 
 _BEGIN = (
     ("rig sweep sim", "a whole calibration, without hardware"),
@@ -112,13 +125,35 @@ class _Verbs(TyperGroup):
         with formatter.section("Begin with"):
             formatter.write_dl(_BEGIN)
 
+    def make_context(self, *args: Any, **settings: Any) -> Any:
+        """Read the words of the command line."""
+        with _one_line():
+            return super().make_context(*args, **settings)
+
     def invoke(self, ctx: Any) -> Any:
-        """Run the verb; one that Ctrl-C ends says so."""
-        try:
+        """Run the verb."""
+        with _one_line():
             return super().invoke(ctx)
-        except KeyboardInterrupt:
-            tell("rig: interrupted")
-            raise typer.Exit(130) from None
+
+
+@contextmanager
+def _one_line() -> Generator[None]:
+    """Say what ended a verb: Ctrl-C, or a value that its option cannot have."""
+    try:
+        yield
+    except typer.BadParameter as error:
+        error.message = _in_our_words(error.message)
+        raise
+    except KeyboardInterrupt:
+        tell("rig: interrupted")
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def _in_our_words(message: str) -> str:
+    """Say it without the words of the library that reads the values of options."""
+    for theirs, ours in _WORDS:
+        message = re.sub(theirs, ours, message)
+    return message
 
 
 def _imported(name: str, verb: Verb) -> Any:

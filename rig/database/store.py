@@ -56,7 +56,7 @@ def open_store(url: str | None = None, *, absent: Absent = "made") -> "Store":
         StoreError: it cannot be opened, is not ours, is newer than this program, or is not there.
     """
     location = locate(url, os.environ)
-    if absent == "made" or location.file is None or location.file.exists():
+    if absent == "made" or location.file is None or _holds_something(location.file):
         return Store(location, open_engine(location))
     if absent == "refused" and (url or os.environ.get("RIG_DATABASE")):
         raise StoreError(
@@ -64,6 +64,10 @@ def open_store(url: str | None = None, *, absent: Absent = "made") -> "Store":
             "or make it with rig sweep or rig calibrate"
         )
     return Store(location, empty_engine(), exists=False)
+
+
+def _holds_something(file: Path) -> bool:
+    return file.is_file() and file.stat().st_size > 0
 
 
 class Store(CalibrationShelf, MeasurementShelf, CurveShelf):

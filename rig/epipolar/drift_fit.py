@@ -18,6 +18,11 @@ from rig.epipolar.sampling import sample_points
 from rig.epipolar.search.window import Cameras
 
 _SUMS, _SPREADS = 9, 6
+_XX, _XY, _YY, _XJ, _YJ, _XG, _YG, _JJ, _JG = range(_SUMS)
+"""The sums over the views of a point, by index: each with the weight w of the view; x and y its
+place in view steps, j its tilt (grey per px per step), g its grey difference to the reference."""
+_XG_XG, _XG_XX, _XX_XX, _YG_YG, _YG_YY, _YY_YY = range(_SUMS, _SUMS + _SPREADS)
+"""Products of those of one point: summed over a window they tell how its points scatter."""
 _TOGETHER = np.float32(5.0)
 """Neighbouring points whose grey values vary as one: what they say counts once."""
 _SHARE, _CHI_SQUARE = 0.9, 2.71
@@ -173,7 +178,11 @@ def _look(
     last: int,
     framed: NDArray[np.float32],
 ) -> None:
-    """Sum over the views what each point of the grid says of drift and slope."""
+    """Sum over the views what each point of the grid says of drift and slope.
+
+    The normal equations of g_i = p x_i + q y_i - e j_i, with the drift p along the row, q down the
+    column, and the error e of the slope.
+    """
     width = len(columns)
     here, grey, tilt, seen, lit = (
         np.empty(width, np.float32),
@@ -186,8 +195,8 @@ def _look(
     for v in range(first, last):
         here[:] = rows[v]
         sums = framed[:, v + frame, frame : frame + width]
-        xx, xy, yy, xj, yj = sums[0], sums[1], sums[2], sums[3], sums[4]
-        xg, yg, jj, jg = sums[5], sums[6], sums[7], sums[8]
+        xx, xy, yy, xj, yj = sums[_XX], sums[_XY], sums[_YY], sums[_XJ], sums[_YJ]
+        xg, yg, jj, jg = sums[_XG], sums[_YG], sums[_JJ], sums[_JG]
         for i in range(len(splines)):
             if i == reference:
                 continue
@@ -210,8 +219,9 @@ def _look(
                 jj[u] += w * j * j
                 jg[u] += w * j * g
         for u in range(width):
-            sums[9, u], sums[10, u], sums[11, u] = xg[u] * xg[u], xg[u] * xx[u], xx[u] * xx[u]
-            sums[12, u], sums[13, u], sums[14, u] = yg[u] * yg[u], yg[u] * yy[u], yy[u] * yy[u]
+            sums[_XG_XG, u], sums[_XG_XX, u] = xg[u] * xg[u], xg[u] * xx[u]
+            sums[_XX_XX, u], sums[_YG_YG, u] = xx[u] * xx[u], yg[u] * yg[u]
+            sums[_YG_YY, u], sums[_YY_YY, u] = yg[u] * yy[u], yy[u] * yy[u]
 
 
 @kernel()
@@ -228,7 +238,11 @@ def _solve(
     drift: NDArray[np.float32],
     variance: NDArray[np.float32],
 ) -> None:
-    """Sum over each window, eliminate the error of the slope, solve for the drift."""
+    """Sum over each window, eliminate the error of the slope, solve for the drift.
+
+    Every sum of x and y loses its share by way of j, as in xx - xj xj / jj; what is left are two
+    equations for p and q. The variance of p is sum (xg - p xx)^2 / xx^2 over the points.
+    """
     width = drift.shape[2]
     one, zero, two = np.float32(1), np.float32(0), np.float32(2)
     sums, gate = np.empty((_SUMS + _SPREADS, width), np.float32), np.empty(width, np.float32)
@@ -250,17 +264,19 @@ def _solve(
                 for u in range(width):
                     total[u] += gate[u] * point[u]
         for u in range(width):
-            xj, yj, jg, jj = sums[3, u], sums[4, u], sums[8, u], sums[7, u] + least
-            xx, yy = sums[0, u] - xj * xj / jj, sums[2, u] - yj * yj / jj
-            xy = sums[1, u] - xj * yj / jj
-            xg, yg = sums[5, u] - xj * jg / jj, sums[6, u] - yj * jg / jj
+            xj, yj, jg, jj = sums[_XJ, u], sums[_YJ, u], sums[_JG, u], sums[_JJ, u] + least
+            xx, yy = sums[_XX, u] - xj * xj / jj, sums[_YY, u] - yj * yj / jj
+            xy = sums[_XY, u] - xj * yj / jj
+            xg, yg = sums[_XG, u] - xj * jg / jj, sums[_YG, u] - yj * jg / jj
             # A tiny share keeps an axis without any views at zero.
-            tiny = np.float32(1e-4) * (sums[0, u] + sums[2, u]) + np.float32(1e-9)
+            tiny = np.float32(1e-4) * (sums[_XX, u] + sums[_YY, u]) + np.float32(1e-9)
             xx, yy = xx + tiny, yy + tiny
             det = xx * yy - xy * xy
             along, down = (xg * yy - yg * xy) / det, (yg * xx - xg * xy) / det
             drift[0, v, u], drift[1, v, u] = along, down
-            apart = sums[9, u] - two * along * sums[10, u] + along * along * sums[11, u]
+            apart = (
+                sums[_XG_XG, u] - two * along * sums[_XG_XX, u] + along * along * sums[_XX_XX, u]
+            )
             variance[0, v, u] = _TOGETHER * max(apart, zero) / (xx * xx)
-            apart = sums[12, u] - two * down * sums[13, u] + down * down * sums[14, u]
+            apart = sums[_YG_YG, u] - two * down * sums[_YG_YY, u] + down * down * sums[_YY_YY, u]
             variance[1, v, u] = _TOGETHER * max(apart, zero) / (yy * yy)

@@ -125,14 +125,15 @@ def _estimate(
     drift = coarse_drift(images, cameras, window, ready.first)
     found = search(images, cameras, window, scales, splines, drift)
     movable = window.is_wider(_JUMP_LABELS * cameras.step_px)
-    slope = _settle_edges(window.hold(found.slope_px), movable, ready)
-    slope = window.hold(slope)
+    edged = window.hold(_settle_edges(window.hold(found.slope_px), movable, ready))
     if ready.effort is Effort.COARSE or ready.is_one_sided:
         nowhere = np.zeros(images.shape, np.bool_)
-        _, (stitched, _, _) = _refine(images, splines, slope, nowhere, cameras, scales, drift, _FAR)
-        slope = window.hold(stitched)
+        _, (joined, _, _) = _refine(images, splines, edged, nowhere, cameras, scales, drift, _FAR)
+        first_slope = window.hold(joined)
+    else:
+        first_slope = edged
     if mending.noise is None and ready.effort is not Effort.FOLLOWED:
-        closer = closer_noise(ready, slope)
+        closer = closer_noise(ready, first_slope)
         was_wrong = closer.ratio < _MUCH_LESS * ready.noise.excess
         if rough_noise is None and ready.noise.excess > 1 and was_wrong:
             own = CrossNoise()  # what single pictures tell
@@ -142,15 +143,15 @@ def _estimate(
     scales = replace(scales, misfit_px=cross.misfit_px)
     drift_variance = None
     if drift is not None:
-        told = local_drift(images, splines, slope, drift, cameras, scales)
+        told = local_drift(images, splines, first_slope, drift, cameras, scales)
         drift, drift_variance = (None, None) if told is None else told
-    slope = window.hold(choose_sides(splines, grey, slope, movable, cameras, scales, drift))
+    sided = window.hold(choose_sides(splines, grey, first_slope, movable, cameras, scales, drift))
     covered, hidden = hidden_points(
-        slope, cameras.x_steps, cameras.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px
+        sided, cameras.x_steps, cameras.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px
     )
     start = _NEAR if ready.effort is Effort.FULL else None
     lines, (stitched, variance, misfit) = _refine(
-        images, splines, slope, covered, cameras, scales, drift, start
+        images, splines, sided, covered, cameras, scales, drift, start
     )
     slope = window.hold(stitched)
     warnings, placement = ready.warnings, None
@@ -160,33 +161,35 @@ def _estimate(
     places = placement
     if placement is not None and placement.misplaced.any():
         warnings += placement.warnings(cameras.x_steps, cameras.y_steps)
-        images, cameras = on_their_lines(images, placement.beside_px), _moved(cameras, placement)
-        splines = pad(images, cameras.x_steps, cameras.y_steps)
+        placed = on_their_lines(images, placement.beside_px)
+        placed_cameras = _moved(cameras, placement)
+        placed_splines = pad(placed, placed_cameras.x_steps, placed_cameras.y_steps)
         lines, (stitched, variance, misfit) = _refine(
-            images, splines, slope, covered, cameras, scales, drift
+            placed, placed_splines, slope, covered, placed_cameras, scales, drift
         )
         slope = window.hold(stitched)
     else:
-        placement = None
+        placement, placed_cameras, placed_splines = None, cameras, splines
     variance *= np.float32(pooled_share(grey, scales, _STITCH_STRIDE_PX, cross.likeness))
     rival_px = found.rival_px
-    rival_px[~contested(splines, slope, rival_px, cameras, scales, grey, drift)] = np.nan
+    holds_out = contested(placed_splines, slope, rival_px, placed_cameras, scales, grey, drift)
+    rival_px[~holds_out] = np.nan
     if drift_variance is not None:
-        drift_variance = variance_of_slopes(drift_variance, grey, cameras)
+        drift_variance = variance_of_slopes(drift_variance, grey, placed_cameras)
     evidence = Evidence(
         lines=lines,
         variance=variance,
         misfit=misfit,
         views=len(images),
-        misfit_px=_FROM_ROWS * mending.rows.scatter_px * cameras.step_px / LABEL_SHIFT_PX,
+        misfit_px=_FROM_ROWS * mending.rows.scatter_px * placed_cameras.step_px / LABEL_SHIFT_PX,
         hidden=hidden,
         unshared=found.unshared,
-        beside_unshared=_beside(found.unshared, slope, cameras),
+        beside_unshared=_beside(found.unshared, slope, placed_cameras),
         rival_px=rival_px,
         drift_variance=drift_variance,
-        is_misled=ready.effort is Effort.FOLLOWED and _is_misled(lines, window, cameras),
+        is_misled=ready.effort is Effort.FOLLOWED and _is_misled(lines, window, placed_cameras),
     )
-    judged = judge(slope, evidence, cameras.step_px, slope_range_px, warnings)
+    judged = judge(slope, evidence, placed_cameras.step_px, slope_range_px, warnings)
     judged = _with_doubt_of(places, judged, slope_range_px[1] - slope_range_px[0])
     # Around a hypothesis nothing is looked for: what is not known then is not known to be right.
     is_looked_for = views.mending is not None or ready.effort is not Effort.FOLLOWED

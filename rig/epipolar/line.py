@@ -19,10 +19,17 @@ from rig.compute.bands import run_in_bands
 from rig.compute.kernel import kernel
 from rig.epipolar.drift_fit import drift_of_all, light_of
 from rig.epipolar.sampling import pad, sample_points
-from rig.epipolar.search.halves import HALVES, assign_halves
+from rig.epipolar.search.halves import ABOVE, BELOW, HALVES, LEFT, RIGHT, assign_halves
 
 MISFIT_LIMIT = 3.0
 _SUMS = 9
+_W, _WJ, _WG, _WJJ, _WJG, _NOISE_JJ, _WGG, _WW, _NOISE_JG = range(_SUMS)
+"""The sums over the views i of a pixel, by index: weights w, tilts j (grey per px per step), grey
+differences g to the reference; what noise alone puts into the sums of jj and of jg; and w squared.
+"""
+_MAPS = 6
+_SLOPE, _INFORMATION, _SIGNAL, _MISFIT, _SCATTER, _FREEDOM = range(_MAPS)
+"""What the kernel fills in, in the order of `LineFits`."""
 _COVERED_SHARE = np.float32(0.01)
 """Weight of a view whose place is covered: it decides where no other view sees the point."""
 SEEN, HALF_HIDDEN, UNSEEN = 0, 1, 2
@@ -85,9 +92,7 @@ def fit_lines(
     padded = pad(images, x_steps, y_steps) if splines is None else splines
     half = assign_halves(x_steps, y_steps)
     xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
-    slope = np.empty((height, width), np.float32)
-    information, signal, misfit = (np.empty((height, width), np.float32) for _ in range(3))
-    scatter, freedom = (np.empty((height, width), np.float32) for _ in range(2))
+    maps = np.empty((_MAPS, height, width), np.float32)
     sight = np.empty((height, width), np.uint8)
     drawn, light = np.array(locking, np.float32), drift_of_all(drift)
 
@@ -95,11 +100,11 @@ def fit_lines(
         _fit_lines(
             padded, images[reference], xs, ys, half, slope_px, covered, np.float32(1 / scale),
             np.float32(derivative_variance), drawn, np.float32(reach_px), light, start, stop,
-            slope, information, signal, misfit, scatter, freedom, sight,
+            maps, sight,
         )  # fmt: skip
 
     run_in_bands(work, height)
-    return LineFits(slope, information, signal, misfit, scatter, freedom, sight)
+    return LineFits(*maps, sight=sight)
 
 
 @kernel()
@@ -118,15 +123,18 @@ def _fit_lines(
     drift: NDArray[np.float32],
     start: int,
     stop: int,
-    slope: NDArray[np.float32],
-    information: NDArray[np.float32],
-    signal: NDArray[np.float32],
-    misfit: NDArray[np.float32],
-    scatter: NDArray[np.float32],
-    freedom: NDArray[np.float32],
+    maps: NDArray[np.float32],
     sight: NDArray[np.uint8],
 ) -> None:
-    """Row by row: sample all views, drop hidden halves, sum the normal equations, solve."""
+    """Row by row: sample all views, drop hidden halves, sum the normal equations, solve.
+
+    Minimises sum_i w_i (g_i + j_i d - a)^2 over the step d of the slope and the grey value a of the
+    point, with Cauchy weights w_i = 1 / (1 + (g_i / scale)^2); the reference takes part with w = 1,
+    g = j = 0. Fills `maps` (6, H, W) and `sight` (H, W).
+
+    The first axis of every working array is a view, a half or a sum, the last a pixel of the row:
+    the inner loops then run over neighbours, and vectorise.
+    """
     height, width = start_slope.shape
     views = len(padded)
     grey, tilt, seen = (
@@ -153,19 +161,21 @@ def _fit_lines(
                 _doubt(covered[i, v], seen[i])
                 light_of(centre[v], drift, v, x_steps[i], y_steps[i], lit)
                 _compare(grey[i], lit, seen[i], per_scale, poor[half[i]], members[half[i]])
-        sums[1:] = np.float32(0)
-        sums[0] = sums[7] = np.float32(1)  # the reference itself: difference and tilt are 0
-        _find_hidden(poor, members, misfit[v], sight[v])
+        sums[:] = np.float32(0)
+        sums[_W] = sums[_WW] = np.float32(1)  # the reference itself: difference and tilt are 0
+        _find_hidden(poor, members, maps[_MISFIT, v], sight[v])
         for i in range(views):
             if half[i] >= 0:
+                # Variance of the tilt by noise, which is independent along the row and down.
                 noise = derivative_variance * (x_steps[i] * x_steps[i] + y_steps[i] * y_steps[i])
                 lock[:] = np.float32(0)
                 _lock(columns, start_slope[v], x_steps[i], locking, lock)
                 _lock(here, start_slope[v], y_steps[i], locking, lock)
                 _add_view(grey[i], tilt[i], seen[i], members[half[i]], lock, per_scale, noise, sums)
         _step(
-            sums, reach, start_slope[v], slope[v], information[v], signal[v], scatter[v], freedom[v]
-        )
+            sums, reach, start_slope[v], maps[_SLOPE, v], maps[_INFORMATION, v], maps[_SIGNAL, v],
+            maps[_SCATTER, v], maps[_FREEDOM, v],
+        )  # fmt: skip
 
 
 @kernel()
@@ -199,12 +209,17 @@ def _find_hidden(
     mean: NDArray[np.float32],
     sight: NDArray[np.uint8],
 ) -> None:
-    """Empty the half of an axis that fits much worse than the other."""
+    """Empty the half of an axis that fits much worse than the other.
+
+    With poor / members, the mean misfit of a half: it is hidden where that is above 1 (it does not
+    fit by itself) and above 2.5 times that of the other half. Multiplied out, so that nothing is
+    divided by a half without members. `&` and not `and`: a branch would not vectorise.
+    """
     worse = np.float32(2.5)
     one = np.float32(1)
     zero = np.float32(0)
-    a, b, c, d = poor[0], poor[1], poor[2], poor[3]
-    na, nb, nc, nd = members[0], members[1], members[2], members[3]
+    a, b, c, d = poor[LEFT], poor[RIGHT], poor[ABOVE], poor[BELOW]
+    na, nb, nc, nd = members[LEFT], members[RIGHT], members[ABOVE], members[BELOW]
     for u in range(len(mean)):
         any_view = na[u] + nb[u] + nc[u] + nd[u] > zero
         keep_a = zero if (a[u] * nb[u] > worse * b[u] * na[u]) & (a[u] > na[u]) else one
@@ -229,7 +244,11 @@ def _lock(
     locking: NDArray[np.float32],
     lock: NDArray[np.float32],
 ) -> None:
-    """Add what noise makes of the product of grey value and tilt, by one axis."""
+    """Add what noise makes of the product of grey value and tilt, by one axis.
+
+    A polynomial of the place s between two pixels, from -0.5 to 0.5: odd, since the two sides of
+    the middle are mirror images.
+    """
     c1, c3, c5 = locking[0], locking[1], locking[2]
     half = np.float32(0.5)
     for u in range(len(lock)):
@@ -250,13 +269,10 @@ def _add_view(
     noise: np.float32,
     sums: NDArray[np.float32],
 ) -> None:
-    """Add one view to the weighted sums of 1, j, g, jj, jg, noise in jj, gg, weight, noise in jg.
-
-    j is the tilt, g the grey difference.
-    """
+    """Add one view to the sums; a view of a hidden half, or outside the picture, has weight 0."""
     one, zero = np.float32(1), np.float32(0)
-    sw, swj, swg, swjj, swjg, swn = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
-    swgg, sww, swl = sums[6], sums[7], sums[8]
+    sw, swj, swg, swjj, swjg = sums[_W], sums[_WJ], sums[_WG], sums[_WJJ], sums[_WJG]
+    swgg, sww, swn, swl = sums[_WGG], sums[_WW], sums[_NOISE_JJ], sums[_NOISE_JG]
     for u in range(len(grey)):
         g, j = grey[u], tilt[u]
         t = g * per_scale
@@ -284,11 +300,16 @@ def _step(
     scatter: NDArray[np.float32],
     freedom: NDArray[np.float32],
 ) -> None:
-    """Solve for slope and grey value; the grey value is eliminated (mean-centred sums)."""
-    one = np.float32(1)
-    sw, swj, swg, swjj, swjg, swn = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
-    swgg, sww, swl = sums[6], sums[7], sums[8]
-    zero = np.float32(0)
+    """Solve for slope and grey value; the grey value is eliminated (mean-centred sums).
+
+    info = sum w j^2 - (sum w j)^2 / sum w, cross = sum w j g - (sum w j)(sum w g) / sum w, and the
+    step is d = -cross / info. Centring takes the share 1 / sum w of every variance away, hence the
+    factors 1 - 1 / sum w at what noise alone puts into the sums; freedom, what the scatter is for a
+    noise of 1 where one value and one slope are fitted, is sum w - 2 sum w^2 / sum w.
+    """
+    one, zero = np.float32(1), np.float32(0)
+    sw, swj, swg, swjj, swjg = sums[_W], sums[_WJ], sums[_WG], sums[_WJJ], sums[_WJG]
+    swgg, sww, swn, swl = sums[_WGG], sums[_WW], sums[_NOISE_JJ], sums[_NOISE_JG]
     for u in range(len(slope)):
         info = swjj[u] - swj[u] * swj[u] / sw[u]
         cross = swjg[u] - swj[u] * swg[u] / sw[u] - swl[u] * (one - one / sw[u])

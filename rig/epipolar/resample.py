@@ -171,6 +171,7 @@ def _run(
 ) -> None:
     """Fill neighbours whose sources are neighbours; contiguous, so that it vectorises."""
     count = len(out)
+    # Six rows of six neighbours each: a sum along each row, then one down the six sums.
     p, q, r = flat, flat[stride:], flat[2 * stride :]
     s, t, z = flat[3 * stride :], flat[4 * stride :], flat[5 * stride :]
     for u in range(count):
@@ -188,7 +189,11 @@ def _run(
 
 @kernel()
 def _weights(part: np.float32) -> Weights:
-    """Of six neighbours for a place between the third and the fourth."""
+    """Of six neighbours for a place between the third and the fourth.
+
+    Lagrange's polynomial of degree 5 through the pixels -2..3: weight k is the product over the
+    other pixels i of (part - i) / (k - i). a..f are part - i; some products serve twice.
+    """
     a, b, c = part + np.float32(2), part + np.float32(1), part
     d, e, f = part - np.float32(1), part - np.float32(2), part - np.float32(3)
     ab, ef = a * b, e * f

@@ -16,6 +16,10 @@ from rig.epipolar.spline import INVERSE
 
 _PAD = 2
 _AS_IT_IS = np.ones(1)
+_TAPS = 4
+_BEFORE, _HERE, _AFTER, _BEYOND = range(_TAPS)
+"""The coefficients that a value is made of: two on each side of it."""
+_X, _Y = range(2)
 
 
 def pad(
@@ -119,25 +123,27 @@ def sample_points(
     count = len(slope)
     place = np.empty(count, np.int32)
     shares = np.empty((2, count), np.float32)
-    taps = np.empty((4, count), np.float32)
+    taps = np.empty((_TAPS, count), np.float32)
     _locate(height, width, columns, rows, slope, x_step, y_step, place, shares, seen)
     stride = width + 2 * _PAD
     if y_step == 0:
         _fetch(padded, place, 1, taps)
-        _weigh(taps, shares[0], -x_step, grey, tilt)
+        _weigh(taps, shares[_X], -x_step, grey, tilt)
     elif x_step == 0:
         _fetch(padded, place, stride, taps)
-        _weigh(taps, shares[1], -y_step, grey, tilt)
+        _weigh(taps, shares[_Y], -y_step, grey, tilt)
     else:
-        values, tilts = np.empty((4, count), np.float32), np.empty((4, count), np.float32)
+        # Along four rows first, then down what they give: the derivative by the slope is
+        # -x_step * d/dx - y_step * d/dy, and the part of d/dx is weighed down like a value.
+        values, tilts = np.empty((_TAPS, count), np.float32), np.empty((_TAPS, count), np.float32)
         by_x, unused = np.empty(count, np.float32), np.empty(count, np.float32)
         for u in range(count):
             place[u] -= np.int32(stride)
-        for k in range(4):
+        for k in range(_TAPS):
             _fetch(padded[k * stride :], place, 1, taps)
-            _weigh(taps, shares[0], -x_step, values[k], tilts[k])
-        _weigh(tilts, shares[1], np.float32(1), by_x, unused)
-        _weigh(values, shares[1], -y_step, grey, tilt)
+            _weigh(taps, shares[_X], -x_step, values[k], tilts[k])
+        _weigh(tilts, shares[_Y], np.float32(1), by_x, unused)
+        _weigh(values, shares[_Y], -y_step, grey, tilt)
         for u in range(count):
             tilt[u] += by_x[u]
 
@@ -159,7 +165,7 @@ def _locate(
     right, bottom = np.float32(width - 1), np.float32(height - 1)
     stride = np.int32(width + 2 * _PAD)
     corner = np.int32(_PAD) * stride + np.int32(_PAD)
-    share_x, share_y = shares[0], shares[1]
+    share_x, share_y = shares[_X], shares[_Y]
     for u in range(len(slope)):
         x = columns[u] - slope[u] * x_step
         y = rows[u] - slope[u] * y_step
@@ -178,7 +184,7 @@ def _fetch(
     padded: NDArray[np.float32], place: NDArray[np.int32], step: int, taps: NDArray[np.float32]
 ) -> None:
     """Four pixels in a line around each place, `step` apart."""
-    before, here, after, beyond = taps[0], taps[1], taps[2], taps[3]
+    before, here, after, beyond = taps[_BEFORE], taps[_HERE], taps[_AFTER], taps[_BEYOND]
     reach = np.uintp(step)
     for u in range(len(place)):
         k = np.uintp(np.uint32(place[u]))
@@ -196,8 +202,12 @@ def _weigh(
     value: NDArray[np.float32],
     tilt: NDArray[np.float32],
 ) -> None:
-    """Uniform cubic B-spline: its value between the middle two coefficients, and its derivative."""
-    before, here, after, beyond = taps[0], taps[1], taps[2], taps[3]
+    """Uniform cubic B-spline: its value between the middle two coefficients, and its derivative.
+
+    value = (a + 4 b + c) / 6 + k1 t + k2 t^2 + k3 t^3 for coefficients a..d and a share t of the
+    way from b to c; the tilt is `per_slope` times its derivative by t.
+    """
+    before, here, after, beyond = taps[_BEFORE], taps[_HERE], taps[_AFTER], taps[_BEYOND]
     half, sixth = np.float32(0.5), np.float32(1 / 6)
     two, three = np.float32(2), np.float32(3)
     for u in range(len(value)):

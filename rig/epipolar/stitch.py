@@ -14,8 +14,15 @@ from rig.compute.bands import run_in_bands
 from rig.compute.kernel import kernel
 from rig.epipolar.rank import highest
 
-_SUMS = 11
 _BLOCK = 128
+"""Pixels of a row that are summed at a time."""
+_SUMS = 11
+_W, _WX, _WY, _WSQUARE, _WXY, _WDIFFERENCE, _WM, _WXM, _WYM, _WMM, _GATES = (
+    np.uintp(k * _BLOCK) for k in range(_SUMS)
+)
+"""Where the sums over the neighbours of a block begin, in one array: weights w; first moments by
+x and y; second moments xx + yy, xy and xx - yy; the same with the difference m of the neighbour's
+line to the slope so far; and the gates alone, without the neighbours' precision."""
 _BEHIND_SHARE = np.float32(0.02)
 
 
@@ -146,10 +153,10 @@ def _begin(
         u, c = np.uintp(i), np.uintp(here + i)
         w = information[c]
         m = line[c] - start_slope[c]
-        sums[u] = w
-        sums[u + np.uintp(6 * _BLOCK)] = w * m
-        sums[u + np.uintp(9 * _BLOCK)] = w * m * m
-        sums[u + np.uintp(10 * _BLOCK)] = np.float32(1)
+        sums[u + _W] = w
+        sums[u + _WM] = w * m
+        sums[u + _WMM] = w * m * m
+        sums[u + _GATES] = np.float32(1)
 
 
 @kernel()
@@ -168,8 +175,9 @@ def _add_neighbours(
 ) -> None:
     """Add the four neighbours at (dx, dy), (-dy, dx) and opposite: most of their moments agree.
 
-    Of the second moments, xx + yy and xx - yy are summed. The sums lie `_BLOCK` apart in one array,
-    so that the compiler sees that they are apart.
+    p and q lie at +-(dx, dy), r and s at +-(-dy, dx), a quarter turn on: xx + yy is the same for
+    all four, xy and xx - yy change their sign, so that a sum and a difference of weights serve all
+    second moments. The sums lie `_BLOCK` apart in one array: so the compiler sees that they do.
     """
     square, difference, xy = dx * dx + dy * dy, dx * dx - dy * dy, dx * dy
     one = np.float32(1)
@@ -195,27 +203,22 @@ def _add_neighbours(
         along_odd, across_odd = wp - wq, wr - ws
         m_odd, n_odd = vp - vq, vr - vs
         total, gap = along + across, along - across
-        sums[u] += total
-        k = u + np.uintp(_BLOCK)
+        sums[u + _W] += total
+        k = u + _WX
         sums[k] = sums[k] + dx * along_odd - dy * across_odd
-        k += np.uintp(_BLOCK)
+        k = u + _WY
         sums[k] = sums[k] + dy * along_odd + dx * across_odd
-        k += np.uintp(_BLOCK)
-        sums[k] += square * total
-        k += np.uintp(_BLOCK)
-        sums[k] += xy * gap
-        k += np.uintp(_BLOCK)
-        sums[k] += difference * gap
-        k += np.uintp(_BLOCK)
-        sums[k] += (vp + vq) + (vr + vs)
-        k += np.uintp(_BLOCK)
+        sums[u + _WSQUARE] += square * total
+        sums[u + _WXY] += xy * gap
+        sums[u + _WDIFFERENCE] += difference * gap
+        sums[u + _WM] += (vp + vq) + (vr + vs)
+        k = u + _WXM
         sums[k] = sums[k] + dx * m_odd - dy * n_odd
-        k += np.uintp(_BLOCK)
+        k = u + _WYM
         sums[k] = sums[k] + dy * m_odd + dx * n_odd
-        k += np.uintp(_BLOCK)
+        k = u + _WMM
         sums[k] = sums[k] + vp * mp + vq * mq + vr * mr + vs * ms
-        k += np.uintp(_BLOCK)
-        sums[k] += (gp + gq) + (gr + gs)
+        sums[u + _GATES] += (gp + gq) + (gr + gs)
 
 
 @kernel()
@@ -239,15 +242,18 @@ def _solve(
     variance: NDArray[np.float32],
     misfit: NDArray[np.float32],
 ) -> None:
-    """Eliminate the two tilts from the 3 x 3 normal equations, then the value at the centre."""
+    """Eliminate the two tilts from the 3 x 3 normal equations, then the value at the centre.
+
+    [s sx sy; sx xx xy; sy xy yy] [a b c] = [sm xm ym]; `info` is what is left of s, the inverse
+    variance of a, once the tilts b and c are unknown as well.
+    """
     half, one = np.float32(0.5), np.float32(1)
-    for u in range(len(start_slope)):
-        s, sx, sy = sums[u], sums[u + 1 * _BLOCK], sums[u + 2 * _BLOCK]
-        square, xy, difference = (
-            sums[u + 3 * _BLOCK], sums[u + 4 * _BLOCK], sums[u + 5 * _BLOCK],
-        )  # fmt: skip
+    for i in range(len(start_slope)):
+        u = np.uintp(i)
+        s, sx, sy = sums[u + _W], sums[u + _WX], sums[u + _WY]
+        square, xy, difference = sums[u + _WSQUARE], sums[u + _WXY], sums[u + _WDIFFERENCE]
         xx, yy = half * (square + difference), half * (square - difference)
-        sm, xm, ym = sums[u + 6 * _BLOCK], sums[u + 7 * _BLOCK], sums[u + 8 * _BLOCK]
+        sm, xm, ym = sums[u + _WM], sums[u + _WXM], sums[u + _WYM]
         det = xx * yy - xy * xy
         kx = (sx * yy - sy * xy) / det
         ky = (sy * xx - sx * xy) / det
@@ -255,9 +261,9 @@ def _solve(
         a = (sm - kx * xm - ky * ym) / info
         b = (yy * (xm - sx * a) - xy * (ym - sy * a)) / det
         c = (xx * (ym - sy * a) - xy * (xm - sx * a)) / det
-        rest = sums[u + 9 * _BLOCK] - a * sm - b * xm - c * ym
+        rest = sums[u + _WMM] - a * sm - b * xm - c * ym
         known = (s > np.float32(1e-9)) & (det > 0) & (info > np.float32(1e-9))
-        scatter = slope_unit * slope_unit * max(rest, np.float32(0)) / sums[u + 10 * _BLOCK]
+        scatter = slope_unit * slope_unit * max(rest, np.float32(0)) / sums[u + _GATES]
         slope[u] = slope_unit * (start_slope[u] + (a if known else np.float32(0)))
         variance[u] = one / info if known else np.float32(np.inf)
         misfit[u] = scatter if known else np.float32(0)

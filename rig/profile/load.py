@@ -2,16 +2,18 @@
 
 import difflib
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, cast, get_args
+from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from rig.errors import ConfigError
+from rig.errors import ConfigError, OptionError
 from rig.places import profile_files
 from rig.profile.models import Profile
+from rig.profile.overrides import Override, apply_overrides, plain_path, read_override
+from rig.profile.wording import merged, wording
 
 _MOST_ERRORS_SHOWN = 3
 
@@ -43,12 +45,40 @@ def load_profile(name_or_path: str, overrides: Sequence[str] = ()) -> Profile:
     Args:
         name_or_path: a name in `calib_profiles` or a path to a TOML file.
         overrides: `key.path=value` each; the value is TOML, or else taken as plain text. A list
-            entry is named by its `name` or its index: `views.left.x_steps=-1.02`.
+            entry is named by its `name` or its index: `views.left.x_steps=-1.02`. A new `kind`
+            replaces its section, of which those keys stay that the new kind knows as well.
 
     Raises:
         ConfigError: no such profile, not TOML, or not a profile; names file, key and nearest key.
+        OptionError: an override makes no profile of a file that is one.
     """
     path = find_profile(name_or_path)
+    data = _read(path)
+    written = [read_override(text) for text in overrides]
+    apply_overrides(data, written, _keys_of_kind)
+    try:
+        return Profile.model_validate(data)
+    except ValidationError as error:
+        errors = merged(error.errors(include_url=False))
+        refusal = _refusal(str(path), errors)
+        if written and _is_profile(path):
+            refusal = OptionError(str(_refusal(_blamed(written, data, errors), errors)))
+        raise refusal from error
+
+
+def parse_profile(data: object, *, source: str) -> Profile:
+    """Validate plain data as a profile; `source` names it in messages.
+
+    Raises:
+        ConfigError: see `load_profile`.
+    """
+    try:
+        return Profile.model_validate(data)
+    except ValidationError as error:
+        raise _refusal(source, merged(error.errors(include_url=False))) from error
+
+
+def _read(path: Path) -> dict[str, Any]:
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
@@ -61,68 +91,43 @@ def load_profile(name_or_path: str, overrides: Sequence[str] = ()) -> Profile:
     for key in ("folder", "file"):
         if isinstance(camera, dict) and isinstance(camera.get(key), str):
             camera[key] = str(path.resolve().parent / Path(camera[key]).expanduser())
-    for override in overrides:
-        _apply_override(data, override)
-    return parse_profile(data, source=str(path))
+    return data
 
 
-def parse_profile(data: object, *, source: str) -> Profile:
-    """Validate plain data as a profile; `source` names it in messages.
+def _refusal(source: str, errors: Sequence[ErrorDetails]) -> ConfigError:
+    shown = "; ".join(_describe(item) for item in errors[:_MOST_ERRORS_SHOWN])
+    more = len(errors) - _MOST_ERRORS_SHOWN
+    return ConfigError(f"{source}: {shown}" + (f"; and {more} more" if more > 0 else ""))
 
-    Raises:
-        ConfigError: see `load_profile`.
-    """
+
+def _is_profile(path: Path) -> bool:
+    """Whether the file is one without any override."""
     try:
-        return Profile.model_validate(data)
-    except ValidationError as error:
-        errors = error.errors(include_url=False)
-        shown = "; ".join(_describe(item) for item in errors[:_MOST_ERRORS_SHOWN])
-        more = len(errors) - _MOST_ERRORS_SHOWN
-        raise ConfigError(
-            f"{source}: {shown}" + (f"; and {more} more" if more > 0 else "")
-        ) from error
+        Profile.model_validate(_read(path))
+    except ValidationError:
+        return False
+    return True
 
 
-def _apply_override(data: dict[str, Any], override: str) -> None:
-    key, equals, text = override.partition("=")
-    parts = key.strip().split(".")
-    if not equals or not all(parts):
-        raise ConfigError(
-            f"--set {override}: names no key and value", advice="write it as key.path=value"
-        )
-    node: Any = data
-    for depth, part in enumerate(parts):
-        index: Any = part
-        if isinstance(node, list):
-            index = _list_index(cast("list[Any]", node), part, ".".join(parts[:depth]), override)
-        elif not isinstance(node, dict):
-            raise ConfigError(
-                f"--set {override}: {'.'.join(parts[:depth])} has no keys below it",
-                advice="shorten the path",
-            )
-        elif depth < len(parts) - 1:
-            node.setdefault(part, {})
-        if depth == len(parts) - 1:
-            node[index] = _toml_value(text.strip())
-        else:
-            node = node[index]
+def _blamed(
+    overrides: Sequence[Override], data: Mapping[str, Any], errors: Sequence[ErrorDetails]
+) -> str:
+    """Name the overrides at whose keys the errors are, or all of them where that is not clear."""
+    places = [tuple(_walk(item["loc"])[1]) for item in errors]
+
+    def is_at_fault(override: Override) -> bool:
+        path = plain_path(data, override.path)
+        return any(path[: len(p)] == p[: len(path)] for p in places if p)
+
+    found = [override for override in overrides if is_at_fault(override)] or overrides
+    return ", ".join(f"--set {override.text}" for override in found)
 
 
-def _list_index(node: list[Any], part: str, where: str, override: str) -> int:
-    names = [str(item.get("name", "")) if isinstance(item, dict) else "" for item in node]
-    if part in names:
-        return names.index(part)
-    if part.isdigit() and int(part) < len(node):
-        return int(part)
-    known = ", ".join(name for name in names if name) or f"0..{len(node) - 1}"
-    raise ConfigError(f"--set {override}: {where} has no {part}", advice=f"there are: {known}")
-
-
-def _toml_value(text: str) -> Any:
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
+def _keys_of_kind(section: str, kind: str) -> Iterable[str] | None:
+    """Return the keys of a section of this kind, None where there is no such kind."""
+    field = Profile.model_fields.get(section)
+    models = () if field is None else _models_in(field.annotation)
+    return next((model.model_fields for model in models if _kind(model) == kind), None)
 
 
 def _describe(item: ErrorDetails) -> str:
@@ -136,10 +141,7 @@ def _describe(item: ErrorDetails) -> str:
         return f"{key}: unknown key; {hint}"
     if item["type"] == "missing":
         return f"{key}: missing"
-    found = item.get("input")
-    shown = f" (found {found!r})" if isinstance(found, int | float | str | bool) else ""
-    message = item["msg"].removeprefix("Value error, ")
-    return f"{key}: {message}{shown}" if key else message
+    return f"{key}: {wording(item)}" if key else wording(item)
 
 
 def _walk(location: Sequence[int | str]) -> tuple[type[BaseModel] | None, list[str]]:

@@ -57,7 +57,5 @@ def write_calibration_page(path: Path, shown: "ShownCalibration") -> Path:
 
 
 def _write(path: Path, text: str) -> None:
-    from rig.files import put_in_place  # noqa: PLC0415 - its package brings numpy
-
     with disk_explained("write the report", path):
         put_in_place(path, text.encode())

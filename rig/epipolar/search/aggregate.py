@@ -83,7 +83,10 @@ def _along_diagonals(
     direction: int,
     total: NDArray[np.int16],
 ) -> None:
-    """Add both diagonal paths that run down (direction 0) or up (1)."""
+    """Add both diagonal paths that run down (direction 0) or up (1); see `_along_columns`.
+
+    The row before is read one column to the left (side 0) or to the right (side 1).
+    """
     height, labels, width = costs.shape
     path = np.empty((2, 2, labels + 2, width + 2), np.int16)
     lowest = np.zeros((2, 2, width + 2), np.int16)
@@ -152,7 +155,13 @@ def _along_columns(
     stop: int,
     total: NDArray[np.int16],
 ) -> None:
-    """Add the paths along columns `start` to `stop`, both ways."""
+    """Add the paths along columns `start` to `stop`, both ways.
+
+    L(p, d) = C(p, d) - m + min(L(q, d), L(q, d - 1) + step, L(q, d + 1) + step, m + jump) with the
+    cost C, the pixel q before p on the path, and m the lowest L(q). Of `path` and `lowest` one half
+    is read, the other written; the first and last row of a path are large, so that no label needs
+    a border check.
+    """
     height, labels, _ = costs.shape
     width = stop - start
     path = np.empty((2, labels + 2, width), np.int16)

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from rig.compute.kernel import kernel
 
 HALVES = 4
+LEFT, RIGHT, ABOVE, BELOW = range(HALVES)
+"""Index of each half; two of one axis follow each other."""
 COST_MAX = 240
 _UNSEEN = np.float32(1e12)
 # Share of the truncation by which the worse half may raise the cost of its axis: enough to settle
@@ -18,17 +20,19 @@ _EXCESS = np.float32(0.03)
 
 
 def assign_halves(x_steps: NDArray[np.float64], y_steps: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Half of each view, (V,): 0 left, 1 right, 2 above, 3 below, -1 at the reference itself.
+    """Half of each view, (V,): `LEFT`, `RIGHT`, `ABOVE`, `BELOW`, -1 at the reference itself.
 
     A view off both axes joins the half whose direction is nearest. Where the reference is a corner
     of its array, no axis has two halves; then its row and its column are each other's spare half.
     """
     along_row = is_beside(x_steps, y_steps)
-    half = np.where(along_row, np.where(x_steps < 0, 0, 1), np.where(y_steps < 0, 2, 3))
+    half = np.where(
+        along_row, np.where(x_steps < 0, LEFT, RIGHT), np.where(y_steps < 0, ABOVE, BELOW)
+    )
     half[np.hypot(x_steps, y_steps) < 1e-6] = -1
     sides = set(half[half >= 0].tolist())
-    if len(sides) == 2 and min(sides) < 2 <= max(sides):
-        half[half >= 2] = 1 - min(sides)
+    if len(sides) == 2 and min(sides) < ABOVE <= max(sides):
+        half[half >= ABOVE] = RIGHT - min(sides)
     return half.astype(np.int32)
 
 
@@ -79,16 +83,20 @@ def join_halves(
     truncation: np.float32,
     out: NDArray[np.uint8],
 ) -> None:
-    """Per axis the better half, raised a little by the worse one; then the sum of both axes."""
+    """Per axis the better half, raised a little by the worse one; then the sum of both axes.
+
+    The inputs are sums over three columns, of three rows: 9 pixels, of at most `truncation` each.
+    An axis that no view sees takes the cost of the other.
+    """
     width = len(out)
     full = np.float32(9) * truncation
     limit = _EXCESS * full
     scale = np.float32(COST_MAX) / (np.float32(2) * full)
     for u in range(width):
-        left = above[0, u] + here[0, u] + below[0, u]
-        right = above[1, u] + here[1, u] + below[1, u]
-        up = above[2, u] + here[2, u] + below[2, u]
-        down = above[3, u] + here[3, u] + below[3, u]
+        left = above[LEFT, u] + here[LEFT, u] + below[LEFT, u]
+        right = above[RIGHT, u] + here[RIGHT, u] + below[RIGHT, u]
+        up = above[ABOVE, u] + here[ABOVE, u] + below[ABOVE, u]
+        down = above[BELOW, u] + here[BELOW, u] + below[BELOW, u]
         row = _axis_cost(left, right, full, limit)
         column = _axis_cost(up, down, full, limit)
         if row >= _UNSEEN:

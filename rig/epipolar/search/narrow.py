@@ -13,6 +13,11 @@ from rig.compute.kernel import kernel
 from rig.epipolar.sampling import pad, sample_points
 from rig.epipolar.search.halves import HALVES, assign_halves, join_halves, mean_of_three, shares_of
 
+_LINES = 6
+_COLUMNS, _HERE, _SLOPE, _GREY, _TILT, _SEEN = range(_LINES)
+"""What is known of every pixel of a row: its place, its slope, and what a view shows there."""
+_TOTAL, _COUNT = range(2)
+
 
 def narrow_costs(
     images: NDArray[np.float32],
@@ -44,8 +49,8 @@ def narrow_costs(
     xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
 
     def work(start: int, stop: int) -> None:
-        lines = np.empty((6, width), np.float32)
-        lines[0] = np.arange(width)
+        lines = np.empty((_LINES, width), np.float32)
+        lines[_COLUMNS] = np.arange(width)
         sums = np.empty((2, HALVES, width), np.float32)
         rows = np.empty((3, HALVES, width), np.float32)
         for k, offset in enumerate(offsets_px):
@@ -76,8 +81,9 @@ def _narrow(
     k: int,
     costs: NDArray[np.uint8],
 ) -> None:
+    """Fill in the costs of one offset; those of a row need the rows above and below as well."""
     height, width = grey.shape
-    columns, here, slope = lines[0], lines[1], lines[2]
+    columns, here, slope = lines[_COLUMNS], lines[_HERE], lines[_SLOPE]
     unseen = np.empty((HALVES, width), np.float32)
     for v in range(max(start - 1, 0), stop + 1):
         if v < height:
@@ -86,20 +92,20 @@ def _narrow(
                 slope[u] = centre[v, u] + offset
             for h in range(HALVES):
                 for u in range(width):
-                    sums[0, h, u] = np.float32(0)
-                    sums[1, h, u] = np.float32(0)
+                    sums[_TOTAL, h, u] = np.float32(0)
+                    sums[_COUNT, h, u] = np.float32(0)
             for i in range(len(half)):
                 if half[i] >= 0:
                     sample_points(
                         padded[i], height, width, columns, here, slope, x_steps[i], y_steps[i],
-                        lines[3], lines[4], lines[5],
+                        lines[_GREY], lines[_TILT], lines[_SEEN],
                     )  # fmt: skip
                     _add_view(
-                        grey[v], lines[3], lines[5], truncation, sums[0, half[i]],
-                        sums[1, half[i]],
+                        grey[v], lines[_GREY], lines[_SEEN], truncation, sums[_TOTAL, half[i]],
+                        sums[_COUNT, half[i]],
                     )  # fmt: skip
-            shares_of(sums[1], unseen)
-            mean_of_three(sums[0], sums[1], unseen, rows[v % 3])
+            shares_of(sums[_COUNT], unseen)
+            mean_of_three(sums[_TOTAL], sums[_COUNT], unseen, rows[v % 3])
         if v > start:
             above, below = rows[max(v - 2, 0) % 3], rows[min(v, height - 1) % 3]
             join_halves(above, rows[(v - 1) % 3], below, truncation, costs[v - 1, k])

@@ -8,6 +8,9 @@ from rig.compute.kernel import kernel
 
 Int = NDArray[np.int64]
 
+POSE = 6
+"""Unknowns of a pose: the last columns of every local block."""
+
 
 @kernel()
 def accumulate(
@@ -24,6 +27,10 @@ def accumulate(
     motion: Float,
 ) -> tuple[Float, Float, Float, Float, Float, Float]:
     """Sum J^T W J and J^T W r of all sightings into blocks.
+
+    The normal matrix is an arrow: [S B^T; B A], where S holds what pictures share (cameras, board)
+    and A is block diagonal, a pose of 6 to each picture. A sighting touches the local columns of
+    its own camera only, and `columns` says where among the shared ones they belong.
 
     Args:
         jacobian: (M, 2, C + 6); the last six columns belong to the board's pose.
@@ -45,15 +52,15 @@ def accumulate(
         sighting follows (S, 6, C + 7), see `_loosen`; (0, 6, C + 7) without ties.
     """
     width = jacobian.shape[2]
-    local = width - 6
+    local = width - POSE
     shared = np.zeros((picture_count, count, count))
     side = np.zeros((picture_count, count))
-    between = np.zeros((picture_count, 6, count))
-    pose = np.zeros((picture_count, 6, 6))
-    pull = np.zeros((picture_count, 6))
+    between = np.zeros((picture_count, POSE, count))
+    pose = np.zeros((picture_count, POSE, POSE))
+    pull = np.zeros((picture_count, POSE))
     gram = np.zeros((width, width))
     pulled = np.zeros(width)
-    follow = np.zeros((tie.shape[0], 6, width + 1))
+    follow = np.zeros((tie.shape[0], POSE, width + 1))
     for s in range(view.size):
         rows = slice(start[s], start[s + 1])
         _sum_points(jacobian[rows], residual[rows], weight[rows], gram, pulled)
@@ -85,11 +92,11 @@ def _loosen(gram: Float, pulled: Float, tie: Float, motion: Float, follow: Float
         follow: (6, C + 7) set to F = (H + tie)^-1 [gram of the pose, pulled at rest].
     """
     width = pulled.size
-    local = width - 6
+    local = width - POSE
     for i in range(width):
-        for j in range(6):
+        for j in range(POSE):
             pulled[i] += gram[i, local + j] * motion[j]
-    for i in range(6):
+    for i in range(POSE):
         follow[i, :width] = gram[local + i]
         follow[i, width] = pulled[local + i]
     factor = gram[local:, local:] + tie
@@ -97,7 +104,7 @@ def _loosen(gram: Float, pulled: Float, tie: Float, motion: Float, follow: Float
     solve_factorised(factor, follow)
     side = gram[:, local:].copy()
     for i in range(width):
-        for k in range(6):
+        for k in range(POSE):
             pulled[i] -= side[i, k] * follow[k, width]
             for j in range(width):
                 gram[i, j] -= side[i, k] * follow[k, j]
@@ -137,13 +144,15 @@ def _add_block(gram: Float, place: Int, shared: Float, between: Float) -> None:
         for j in range(local):
             if place[j] >= 0:
                 shared[a, place[j]] += gram[i, j]
-        for j in range(6):
+        for j in range(POSE):
             between[j, a] += gram[i, local + j]
 
 
 @kernel()
 def eliminate(pose: Float, pull: Float, between: Float, damping: float) -> bool:
     """Replace, picture by picture, pose A = L L^T by L, pull by L^-1 pull, between by L^-1 between.
+
+    The Schur complement S - B^T A^-1 B of the poses is then S minus the gram of the new `between`.
 
     Args:
         pose: (N, 6, 6); its diagonal is multiplied by 1 + damping first.
@@ -155,11 +164,11 @@ def eliminate(pose: Float, pull: Float, between: Float, damping: float) -> bool:
         Whether every block was positive definite.
     """
     for n in range(pull.shape[0]):
-        for i in range(6):
+        for i in range(POSE):
             pose[n, i, i] *= 1.0 + damping
         if not factorise(pose[n]):
             return False
-        for i in range(6):
+        for i in range(POSE):
             for k in range(i):
                 pull[n, i] -= pose[n, i, k] * pull[n, k]
                 for p in range(between.shape[2]):

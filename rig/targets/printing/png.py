@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.errors import ConfigError
+from rig.errors import OptionError
 from rig.targets.printing.drawing import Area, Drawing, Line, Rect
 
 _MM_PER_INCH = 25.4
@@ -28,7 +28,7 @@ def png_of(drawing: Drawing, dots_per_in: float) -> bytes:
     width_px = round(drawing.width_mm * px_per_mm)
     height_px = round(drawing.height_mm * px_per_mm)
     if not (1 <= width_px <= _MOST_PX and 1 <= height_px <= _MOST_PX):
-        raise ConfigError(
+        raise OptionError(
             f"--dpi {dots_per_in:g} asked for: {width_px} x {height_px} px",
             advice=f"at most {_MOST_PX} px a side are drawn",
         )
@@ -40,7 +40,7 @@ def png_of(drawing: Drawing, dots_per_in: float) -> bytes:
         _write(picture, line, px_per_mm)
     done, encoded = cv2.imencode(".png", picture)
     if not done:
-        raise ConfigError(
+        raise OptionError(
             f"a picture of {width_px} x {height_px} px could not be turned to PNG",
             advice="draw it smaller, or take .svg",
         )

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from rig.errors import ConfigError
+from rig.errors import ConfigError, OptionError
 from rig.files import put_in_place
 from rig.targets.printing.drawing import Drawing
 from rig.targets.printing.pdf import pdf_of
@@ -24,7 +24,7 @@ def write_sheet(path: Path, drawing: Drawing, dots_per_in: float) -> None:
         case ".png":
             data = png_of(drawing, dots_per_in)
         case other:
-            raise ConfigError(
+            raise OptionError(
                 f"--out {path}: {other or 'no suffix'}", advice="use .pdf, .svg or .png"
             )
     try:
