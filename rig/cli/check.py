@@ -34,7 +34,7 @@ def check(
     """
     from rig.check.items import worst
     from rig.check.run import CheckRequest, check_rig
-    from rig.cli.stored import curve_or_reason, drift_against, find_rectifier
+    from rig.cli.stored import curve_or_reason, find_calibration, find_rectifier
     from rig.errors import StoreError
     from rig.hardware.opening import open_what_answers
     from rig.interrupts import Interrupts
@@ -44,15 +44,13 @@ def check(
     profile = load_profile(profile_name, overrides or ())
     try:
         rectifier = find_rectifier(profile, calibration, database)
-        drift = drift_against(profile, calibration, database)
+        stored = find_calibration(profile, calibration, database)
     except StoreError:
         if calibration is not None:
             raise
-        rectifier, drift = Rectifier(profile), None  # the item about the database tells why
+        rectifier, stored = Rectifier(profile), None  # the item about the database tells why
     curve = curve_or_reason(rectifier, database)
-    request = CheckRequest(
-        rectifier, database, moves=not no_move, curve=curve, geometry_drift=drift
-    )
+    request = CheckRequest(rectifier, database, moves=not no_move, curve=curve, calibration=stored)
     items: list[Item] = []
     with Interrupts(), open_what_answers(profile) as answers:
         for item in check_rig(request, answers, tell):

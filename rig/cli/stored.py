@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from rig.errors import RigError
 
 if TYPE_CHECKING:
-    from rig.check.geometry_drift import GeometryDrift
     from rig.curve import Curve
+    from rig.database import StoredCalibration
     from rig.optics.rectifier import Rectifier
     from rig.profile import Profile
 
@@ -30,24 +30,19 @@ def find_rectifier(
         return rectifier_of(profile, chosen_calibration(store, profile.name, calibration))
 
 
-def drift_against(
+def find_calibration(
     profile: "Profile", calibration: str | None, database: str | None
-) -> "GeometryDrift | None":
-    """Return what compares pictures with a calibration of the rig; None where it has none.
+) -> "StoredCalibration | None":
+    """Return the calibration asked for, or the newest of the rig; None where it has none.
 
     Raises:
-        ConfigError: the calibration cannot be read.
         StoreError: there is no such calibration.
     """
     from rig.calibrations import chosen_calibration
-    from rig.check.geometry_drift import geometry_drift
     from rig.database import open_store
 
     with open_store(database) as store:
-        stored = chosen_calibration(store, profile.name, calibration)
-    if stored is None or profile.target is None:
-        return None
-    return geometry_drift(profile, stored)
+        return chosen_calibration(store, profile.name, calibration)
 
 
 def find_curve(
