@@ -16,7 +16,7 @@ from rig.calibrate.pictures import (
     stage_pictures,
     stage_positions_mm,
 )
-from rig.calibrate.sight import Sighted, Tally, sight
+from rig.calibrate.sight import PictureSightings, Tally, sight
 from rig.calibrate.solve import SolveChoices, solve
 from rig.database import Store, software_versions
 from rig.errors import CalibrationError, ConfigError, TargetError
@@ -120,7 +120,7 @@ class _Session:
         self.profile = request.profile
         self.target = target
         self.names = tuple(view.name for view in request.profile.views)
-        self.sighted: list[Sighted] = []
+        self.sighted: list[PictureSightings] = []
         self.tally = Tally(self.names)
         self.devices: dict[str, object] = {}
         self.temperature_degc: float | None = None
@@ -128,7 +128,7 @@ class _Session:
         self._report = report
         self._tell = tell
 
-    def add(self, picture: Picture, sighted: Sighted | None = None) -> None:
+    def add(self, picture: Picture, sighted: PictureSightings | None = None) -> None:
         """Count a picture."""
         seen = sight(picture, self.target) if sighted is None else sighted
         self.tally.add(seen)
@@ -198,7 +198,7 @@ class _Session:
         advice = "hold the target still in view of all cameras"
         self._tell("take the target in your hand: hold it still, then somewhere else, tilted")
 
-        def watch(sighted: Sighted, *, moving: bool) -> None:
+        def watch(sighted: PictureSightings, *, moving: bool) -> None:
             seen = f"target in {len(sighted.views)} of {len(self.names)} views"
             self._report(len(self.sighted), f"{seen}{', moving' if moving else ''}; {advice}")
 
