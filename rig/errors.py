@@ -1,7 +1,8 @@
 """Everything rig refuses, as a small tree.
 
 RigError
-├── ConfigError (ValueError)          a profile, plan or option that cannot be used
+├── ConfigError (ValueError)          a profile or plan that cannot be used
+│   └── OptionError                   an option of the command line that cannot be used
 ├── DeviceError                       carries the name of the device
 │   ├── DeviceNotFoundError           it is not there, or may not be opened
 │   │   └── DevicesNotFoundError      several are not; carries the error of each
@@ -49,6 +50,10 @@ def every_advice(errors: Iterable[RigError]) -> str:
 
 class ConfigError(RigError, ValueError):
     """A profile, plan or option cannot be used as it is written."""
+
+
+class OptionError(ConfigError):
+    """What stands in an option of the command line cannot be used; exit code 2."""
 
 
 class DeviceError(RigError):

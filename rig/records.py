@@ -1,8 +1,7 @@
 """What the database keeps, as plain values; no row of it ever leaves the package."""
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Literal
@@ -55,6 +54,10 @@ class StoredFrame:
     exposure_s: float | None
     sha256: str
     """Of the PNG file."""
+    bits: int | None = None
+    """Bits of a grey value; None: all that a pixel of the file has."""
+    uncertainty_s: float = 0.0
+    """How much earlier than `timestamp_s` the middle of the exposure may have been."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,50 +88,6 @@ class Sample:
         """Time between the first and the last exposure among the views."""
         times_s = [frame.timestamp_s for frame in self.frames]
         return max(times_s) - min(times_s)
-
-
-@dataclass(frozen=True, slots=True)
-class Failure:
-    """Why a sample gave no slope."""
-
-    reason: str
-    """One word for programs, as in `TargetError.reason`."""
-    message: str
-
-
-@dataclass(frozen=True, slots=True)
-class Measurement:
-    """What was derived from one sample; `rig fit` replaces it.
-
-    Raises:
-        ValueError: a number is not finite; what is unknown is None.
-    """
-
-    slope_px: float | None = None
-    """Slope at the centre of the board, px per view step: the joint line fit."""
-    sigma_px: float | None = None
-    plane: tuple[float, float, float] | None = None
-    """(a, b, c) of m = a + b (u - u0) + c (v - v0) about `centre_px`: px, and px per px."""
-    centre_px: tuple[float, float] | None = None
-    """(u, v) of the centre of the board in the reference view."""
-    corner_slope_px: float | None = None
-    """Slope from the tracks of the corners alone."""
-    corner_sigma_px: float | None = None
-    dense_slope_px: float | None = None
-    """Slope of the dense estimator that `rig capture` uses."""
-    dense_sigma_px: float | None = None
-    failure: Failure | None = None
-    """Set when there is no slope."""
-    details: Json = field(default_factory=dict[str, object])
-    """Anything else worth keeping."""
-
-    def __post_init__(self) -> None:
-        for place in fields(self):
-            value: object = getattr(self, place.name)
-            numbers = value if isinstance(value, tuple) else (value,)
-            for number in numbers:
-                if isinstance(number, float) and not math.isfinite(number):
-                    raise ValueError(f"{place.name} is {value}; leave what is unknown None")
 
 
 @dataclass(frozen=True, slots=True)

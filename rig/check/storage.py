@@ -2,6 +2,7 @@
 
 import os
 import shutil
+from pathlib import Path
 
 from rig.check.items import Item, failed
 from rig.check.span import plan_mm
@@ -52,9 +53,11 @@ def judge_room(profile: Profile, url: str | None, multiview: MultiView) -> Item:
 def judge_database(url: str | None) -> Item:
     """Judge whether the database opens and its folder of frames takes a file."""
     try:
-        with open_store(url) as store:
-            sweeps = len(store.sweeps())
+        with open_store(url, absent="empty") as store:
             folder = store.frames
+            if not store.exists:
+                return _judge_place(folder)
+            sweeps = len(store.sweeps())
             probe = folder / f".check-{os.getpid()}"
             folder.mkdir(parents=True, exist_ok=True)
             probe.write_bytes(b"rig")
@@ -70,6 +73,21 @@ def judge_database(url: str | None) -> Item:
             "choose a folder that you may write to (--db, RIG_FRAMES)",
         )
     return Item("database", "pass", f"{sweeps} sweeps so far; it takes more, and frames as well")
+
+
+def _judge_place(folder: Path) -> Item:
+    """Judge where the first sweep would make a database; a check leaves nothing behind."""
+    existing = next(path for path in folder.parents if path.exists())
+    if existing.is_dir() and os.access(existing, os.W_OK | os.X_OK):
+        return Item(
+            "database", "pass", f"there is none yet; the first sweep makes it in {existing}"
+        )
+    return Item(
+        "database",
+        "fail",
+        f"there is none yet, and none can be made in {existing}",
+        "choose a folder that you may write to (--db, RIG_FRAMES)",
+    )
 
 
 def _multiviews(profile: Profile) -> int:

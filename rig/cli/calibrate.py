@@ -8,6 +8,7 @@ import typer
 
 from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
 from rig.cli.output import show, show_json, tell
+from rig.cli.words import calibration_numbers
 
 
 class LensChoice(StrEnum):
@@ -50,7 +51,10 @@ def calibrate(
         ),
     ] = None,
     pictures: Annotated[
-        int, typer.Option("--pictures", min=3, help="Most pictures of a target in the hand.")
+        int,
+        typer.Option(
+            "--pictures", min=3, max=10_000, help="Most pictures of a target in the hand."
+        ),
     ] = 60,
     lens: Annotated[
         LensChoice, typer.Option("--lens", help="Model of all lenses; auto: by cross-validation.")
@@ -58,7 +62,12 @@ def calibrate(
     start: Annotated[
         int | None,
         typer.Option(
-            "--start", metavar="ID", help="Calibration to start from.", show_default=False
+            "--start",
+            metavar="ID",
+            min=1,
+            autocompletion=calibration_numbers,
+            help="Calibration to start from.",
+            show_default=False,
         ),
     ] = None,
     fix: Annotated[Held, typer.Option("--fix", help="What of --start to hold still.")] = Held.NONE,

@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rig.cli.options import AsJson, CalibrationChoice, DatabaseUrl, Overrides, ProfileName
+from rig.cli.options import (
+    MOST_FRAMES,
+    AsJson,
+    CalibrationChoice,
+    CurveNumber,
+    DatabaseUrl,
+    Overrides,
+    ProfileName,
+    finite,
+)
 
 if TYPE_CHECKING:
     from rig.capture.run import CaptureSummary
@@ -14,17 +23,14 @@ if TYPE_CHECKING:
 def capture(
     profile_name: ProfileName,
     *,
-    curve_id: Annotated[
-        int | None,
-        typer.Option(
-            "--curve", metavar="ID", help="Use this curve, not the newest good one of the rig."
-        ),
-    ] = None,
+    curve_id: CurveNumber = None,
     frames: Annotated[
-        int | None, typer.Option("--frames", min=1, help="Stop after so many multi-views.")
+        int | None,
+        typer.Option("--frames", min=1, max=MOST_FRAMES, help="Stop after so many multi-views."),
     ] = None,
     seconds: Annotated[
-        float | None, typer.Option("--seconds", min=0.0, help="Stop after so many seconds.")
+        float | None,
+        typer.Option("--seconds", min=0.0, help="Stop after so many seconds.", callback=finite),
     ] = None,
     out: Annotated[
         Path | None,

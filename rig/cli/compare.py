@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rig.cli.options import AsJson, CalibrationChoice, DatabaseUrl, Overrides, ProfileName
+from rig.cli.options import (
+    MOST_FRAMES,
+    AsJson,
+    CalibrationChoice,
+    CurveNumber,
+    DatabaseUrl,
+    Overrides,
+    ProfileName,
+)
+from rig.cli.words import sweep_numbers
 
 if TYPE_CHECKING:
     from rig.compare.comparison import Comparison
@@ -14,22 +23,20 @@ if TYPE_CHECKING:
 def compare(
     profile_name: ProfileName,
     *,
-    curve_id: Annotated[
-        int | None,
-        typer.Option(
-            "--curve", metavar="ID", help="Use this curve, not the newest good one of the rig."
-        ),
-    ] = None,
+    curve_id: CurveNumber = None,
     sweep_id: Annotated[
         int | None,
         typer.Option(
             "--sweep",
             metavar="ID",
+            min=1,
+            autocompletion=sweep_numbers,
             help="Show the error against distance on this sweep, not on that of the curve.",
         ),
     ] = None,
     frames: Annotated[
-        int, typer.Option("--frames", min=1, help="Compare on so many multi-views.")
+        int,
+        typer.Option("--frames", min=1, max=MOST_FRAMES, help="Compare on so many multi-views."),
     ] = 1,
     out: Annotated[
         Path | None,
@@ -74,7 +81,7 @@ def compare(
         folder=out or new_folder(database, "comparisons", profile.name),
     )
     with (
-        open_store(database) as store,
+        open_store(database, absent="empty") as store,
         open_camera(profile) as (camera, _),
         Progress(None) as progress,
     ):

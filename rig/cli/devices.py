@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rig.cli.options import AsJson
+from rig.cli.options import AsJson, finite
 from rig.cli.output import show, show_json
 
 if TYPE_CHECKING:
@@ -16,7 +16,14 @@ _TITLES = {"oak": "OAK cameras", "v4l2": "V4L2 cameras", "serial": "serial ports
 def devices(
     *,
     timeout_s: Annotated[
-        float, typer.Option("--timeout-s", min=0.1, help="Longest wait for every search.")
+        float,
+        typer.Option(
+            "--timeout-s",
+            min=0.1,
+            max=600.0,
+            callback=finite,
+            help="Longest wait for every search.",
+        ),
     ] = 1.6,
     as_json: AsJson = False,
 ) -> None:

@@ -9,6 +9,7 @@ import typer
 from rig.cli.options import AsJson, DatabaseUrl
 from rig.cli.output import show, show_json
 from rig.cli.pairs import pairs
+from rig.cli.words import exportable_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,6 +37,8 @@ def export(
         int,
         typer.Argument(
             metavar="ID",
+            min=1,
+            autocompletion=exportable_numbers,
             help="Number of a calibration; of a sweep for csv and parquet. `rig history` lists "
             "both.",
         ),
@@ -198,7 +201,7 @@ def _export_samples(
     else:
         from rig.export.parquet import write_parquet as write_table
     path = out or Path(f"sweep_{sweep_id}.{target.value}")
-    with open_store(database) as store:
+    with open_store(database, absent="refused") as store:
         rows = sample_rows(store, sweep_id)
     write_table(path, rows)
     return {"sweep": sweep_id, "format": target.value, "out": str(path), "rows": len(rows)}
@@ -210,7 +213,7 @@ def _calibration(number: int, database: str | None) -> "tuple[RigGeometry, float
     from rig.geometry.rig_geometry_json import geometry_from_json
     from rig.profile.load import parse_profile
 
-    with open_store(database) as store:
+    with open_store(database, absent="refused") as store:
         stored = store.calibration(number)
     profile = parse_profile(
         dict(stored.profile), source=f"profile stored with calibration {number}"

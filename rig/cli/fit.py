@@ -1,29 +1,13 @@
 """`rig fit`: slopes and curve again from stored frames."""
 
-from typing import Annotated
-
-import typer
-
 from rig.cli.conclusion import show_result
-from rig.cli.options import AsJson, DatabaseUrl
-
-SweepNumber = Annotated[
-    int, typer.Argument(metavar="SWEEP", help="Number of the sweep; `rig history` shows them.")
-]
+from rig.cli.options import AsJson, CalibrationAgain, DatabaseUrl, SweepNumber
 
 
 def fit(
     sweep_id: SweepNumber,
     *,
-    calibration: Annotated[
-        str | None,
-        typer.Option(
-            "--calibration",
-            metavar="ID|none",
-            help="Measure with this geometric calibration, or with none; default: as before.",
-            show_default=False,
-        ),
-    ] = None,
+    calibration: CalibrationAgain = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
 ) -> None:
@@ -33,7 +17,7 @@ def fit(
     from rig.report import write_report
     from rig.sweep.run import measure_again
 
-    with open_store(database) as store:
+    with open_store(database, absent="refused") as store:
         total = len(store.samples(sweep_id))
         with Progress(total) as progress:
             result = measure_again(store, sweep_id, progress.report, calibration)

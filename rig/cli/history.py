@@ -13,7 +13,7 @@ def history(*, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
     """List the sweeps and calibrations in the database, oldest first."""
     from rig.database import open_store
 
-    with open_store(database) as store:
+    with open_store(database, absent="refused") as store:
         rows, calibrations, where = store.sweeps(), store.calibrations(), store.database
     if as_json:
         show_json(

@@ -17,7 +17,8 @@ app.command("new")(new_profile)
 def list_profiles(*, as_json: AsJson = False) -> None:
     """List every profile that can be given by name."""
     from rig.errors import ConfigError
-    from rig.profile.load import load_profile, profile_files
+    from rig.places import profile_files
+    from rig.profile.load import load_profile
 
     rows: list[dict[str, object]] = []
     for path in profile_files():

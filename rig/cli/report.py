@@ -1,7 +1,6 @@
 """`rig report`: one self-contained HTML file."""
 
-from rig.cli.fit import SweepNumber
-from rig.cli.options import AsJson, DatabaseUrl
+from rig.cli.options import AsJson, DatabaseUrl, SweepNumber
 from rig.cli.output import show, show_json
 
 
@@ -11,7 +10,7 @@ def report(sweep_id: SweepNumber, *, database: DatabaseUrl = None, as_json: AsJs
     from rig.report import write_report
     from rig.sweep.conclude import stored_conclusion
 
-    with open_store(database) as store:
+    with open_store(database, absent="refused") as store:
         path = write_report(store, stored_conclusion(store, sweep_id))
     if as_json:
         show_json({"sweep": sweep_id, "report": str(path)})

@@ -26,7 +26,7 @@ def find_rectifier(
     from rig.database import open_store
     from rig.optics.rectifier import rectifier_of
 
-    with open_store(database) as store:
+    with open_store(database, absent="empty") as store:
         return rectifier_of(profile, chosen_calibration(store, profile.name, calibration))
 
 
@@ -41,7 +41,7 @@ def find_calibration(
     from rig.calibrations import chosen_calibration
     from rig.database import open_store
 
-    with open_store(database) as store:
+    with open_store(database, absent="empty") as store:
         return chosen_calibration(store, profile.name, calibration)
 
 
@@ -60,7 +60,7 @@ def find_curve(
     from rig.database import open_store
     from rig.sweep.conclude import stored_profile
 
-    with open_store(database) as store:
+    with open_store(database, absent="refused") as store:
         name = rectifier.profile.name
         stored = store.active_curve(name) if curve_id is None else store.curve(curve_id)
         calibrated = stored_profile(store.sweep(stored.sweep_id))
@@ -80,6 +80,6 @@ def new_folder(database: str | None, kind: str, rig: str) -> Path:
     """Name a folder beside the database for a run that nobody named, by rig and UTC time."""
     from rig.database import open_store
 
-    with open_store(database) as store:
+    with open_store(database, absent="empty") as store:
         beside = store.frames.parent
     return beside / kind / f"{rig}_{datetime.now(UTC).strftime('%Y%m%d-%H%M%S')}"

@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rig.cli.conclusion import show_result
-from rig.cli.options import AsJson, CalibrationChoice, DatabaseUrl, Overrides, ProfileName
+from rig.cli.options import (
+    MOST_SAMPLES,
+    MOST_STOPS,
+    AsJson,
+    CalibrationChoice,
+    DatabaseUrl,
+    Overrides,
+    ProfileName,
+    finite,
+)
 from rig.cli.output import show, show_json, table, tell
 
 if TYPE_CHECKING:
@@ -27,14 +36,22 @@ def sweep(
     ] = None,
     *,
     from_mm: Annotated[
-        float | None, typer.Option("--from-mm", help="First distance.", show_default=_PROFILE)
+        float | None,
+        typer.Option("--from-mm", help="First distance.", show_default=_PROFILE, callback=finite),
     ] = None,
     to_mm: Annotated[
-        float | None, typer.Option("--to-mm", help="Last distance.", show_default=_PROFILE)
+        float | None,
+        typer.Option("--to-mm", help="Last distance.", show_default=_PROFILE, callback=finite),
     ] = None,
     count: Annotated[
         int | None,
-        typer.Option("--count", help="Distances, both ends included.", show_default=_PROFILE),
+        typer.Option(
+            "--count",
+            min=2,
+            max=MOST_STOPS,
+            help="Distances, both ends included.",
+            show_default=_PROFILE,
+        ),
     ] = None,
     at_mm: Annotated[
         list[str] | None,
@@ -47,7 +64,13 @@ def sweep(
     ] = None,
     samples: Annotated[
         int | None,
-        typer.Option("--samples", min=1, help="Multi-views per stop.", show_default=_PROFILE),
+        typer.Option(
+            "--samples",
+            min=1,
+            max=MOST_SAMPLES,
+            help="Multi-views per stop.",
+            show_default=_PROFILE,
+        ),
     ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with an interrupted sweep of this rig.")
@@ -82,6 +105,7 @@ def sweep(
         raise typer.BadParameter("--at-mm stands alone, without --from-mm, --to-mm, --count")
     if resume and calibration is not None:
         raise typer.BadParameter("a resumed sweep keeps its calibration; rig fit changes it")
+    resumed = _sweep_number(more) if resume else None
     profile = load_profile(profile_name, overrides or ())
     distances_mm = tuple(_numbers([*(at_mm or []), *more])) if at_mm else ()
     request = SweepRequest(from_mm, to_mm, count, distances_mm, samples)
@@ -89,9 +113,9 @@ def sweep(
         stops, planned_samples = plan_of(profile, request)
         _show_plan(stops, planned_samples, planned_times(profile, stops, planned_samples), as_json)
         return
-    with open_store(database) as store:
+    with open_store(database, absent="refused" if resume else "made") as store:
         job = (
-            resumed_sweep(store, profile, _sweep_number(more))
+            resumed_sweep(store, profile, resumed)
             if resume
             else new_sweep(store, profile, request, calibration)
         )
@@ -103,15 +127,18 @@ def sweep(
 
 def _numbers(texts: list[str]) -> list[float]:
     try:
-        return [float(part) for text in texts for part in text.split(",") if part]
+        numbers = [float(part) for text in texts for part in text.split(",") if part]
     except ValueError as error:
         raise typer.BadParameter(f"{' '.join(texts)}: distances are numbers in mm") from error
+    for number in numbers:
+        finite(number)
+    return numbers
 
 
 def _sweep_number(more: list[str]) -> int | None:
     if not more:
         return None
-    if len(more) > 1 or not more[0].isdigit():
+    if len(more) > 1 or not more[0].isdecimal():
         raise typer.BadParameter(f"{' '.join(more)}: after --resume comes one sweep number")
     return int(more[0])
 

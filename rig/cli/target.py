@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rig.cli.options import AsJson, Overrides
+from rig.cli.options import AsJson, Overrides, finite
 from rig.cli.output import show, show_json
+from rig.cli.words import profile_names
 
 if TYPE_CHECKING:
     from rig.targets import Target
@@ -24,7 +25,10 @@ def target(
     profile_name: Annotated[
         str | None,
         typer.Argument(
-            metavar="[PROFILE]", help="Draw the target of this profile.", show_default=False
+            metavar="PROFILE",
+            help="Draw the target of this profile.",
+            show_default=False,
+            autocompletion=profile_names,
         ),
     ] = None,
     *,
@@ -43,10 +47,18 @@ def target(
             help="Inner corners of a checkerboard, squares of a ChArUco board.",
         ),
     ] = "9x6",
-    square_mm: Annotated[float, typer.Option("--square-mm", help="Side of a square.")] = 25.0,
+    square_mm: Annotated[
+        float, typer.Option("--square-mm", min=0.0, callback=finite, help="Side of a square.")
+    ] = 25.0,
     marker_mm: Annotated[
         float | None,
-        typer.Option("--marker-mm", help="Side of a marker.", show_default="3/4 of a square"),
+        typer.Option(
+            "--marker-mm",
+            min=0.0,
+            callback=finite,
+            help="Side of a marker.",
+            show_default="3/4 of a square",
+        ),
     ] = None,
     dictionary: Annotated[
         str, typer.Option("--dictionary", help="One of OpenCV's dictionaries of markers.")
@@ -59,10 +71,16 @@ def target(
         str, typer.Option("--page", help="a4, a3, a2, letter, tabloid, or WIDTHxHEIGHT in mm.")
     ] = "a4",
     border_mm: Annotated[
-        float, typer.Option("--border-mm", min=0.0, help="What the printer leaves white.")
+        float,
+        typer.Option(
+            "--border-mm", min=0.0, callback=finite, help="What the printer leaves white."
+        ),
     ] = 5.0,
     dots_per_in: Annotated[
-        float, typer.Option("--dpi", min=10.0, help="Resolution of a .png.")
+        float,
+        typer.Option(
+            "--dpi", min=10.0, max=10_000.0, callback=finite, help="Resolution of a .png."
+        ),
     ] = 300.0,
     overrides: Overrides = None,
     as_json: AsJson = False,

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from rig.compare.baselines import BASELINES, OURS, Map
 from rig.compare.pair import DISPARITY_BLOCK, Span, best_pair
 from rig.curve import Curve
-from rig.database import Measurement, Sample, SampleKey
 from rig.epipolar import RectifiedViews, SlopePrior, estimate_slopes
 from rig.frames import MultiView
+from rig.measurement import Measurement
 from rig.optics.rectifier import Rectifier
-from rig.sweep.measure_sample import OUTLINE
+from rig.records import Sample, SampleKey
 
 WITH_PLANE = "rig, plane known"
 """Ours as a sweep runs it: the board's plane as a hypothesis."""
@@ -62,7 +62,7 @@ class Board:
     @classmethod
     def of(cls, measurement: Measurement, shape: tuple[int, int]) -> "Board | None":
         """Return the board of a measurement, None where it has no plane."""
-        outline = measurement.details.get(OUTLINE)
+        outline = measurement.outline_px
         if measurement.plane is None or measurement.centre_px is None or not outline:
             return None
         inside = np.zeros(shape, np.uint8)

@@ -17,9 +17,9 @@ from rig.curve.spline import Spline
 from rig.curve.table import EvenTable
 from rig.curve.two_lines import TwoLines
 from rig.errors import CurveError
+from rig.json_codec import Codec
 
 LAWS: tuple[type[Law], ...] = (Physical, PhysicalCurved, TwoLines, Spline)
-FIELDS = ("model", "params", "covariance", "valid_mm", "scatter_px")
 SIGMA_TABLE_SIZE = 513
 
 
@@ -46,15 +46,18 @@ class Curve:
     def __post_init__(self) -> None:
         near_mm, far_mm = self.valid_mm
         count = len(self.law.fitted)
-        covariance = np.array(self.covariance)
+        widths = sorted({len(row) for row in self.covariance})
+        square = widths == [count] and len(self.covariance) == count
+        covariance = np.array(self.covariance if square else np.nan)
         if not 0 < near_mm < far_mm < np.inf:
             raise CurveError(
                 f"a curve valid for {near_mm}..{far_mm} mm has no range", advice="fit it again"
             )
-        if covariance.shape != (count, count) or not np.isfinite(covariance).all():
+        if not np.isfinite(covariance).all():
+            shape = f"({len(self.covariance)}, {' or '.join(map(str, widths))})"
             raise CurveError(
                 f"the {self.model} curve has {count} fitted parameters and a covariance of shape "
-                f"{covariance.shape}",
+                f"{shape}",
                 advice=f"it must be finite and ({count}, {count}): fit it again",
             )
         if np.any(np.diag(covariance) < 0) or not 0 <= self.scatter_px < np.inf:
@@ -117,7 +120,7 @@ class Curve:
     def depth_sigma_mm(self, slope_px: Floats, sigma_px: Floats) -> Floats:
         """Standard deviation of depth from that of the slope and that of the curve.
 
-        Both are variances of the slope at one depth, so they add, and |dZ/dm| carries the sum to
+        Both are variances of the slope at one depth, so they add, and `|dZ/dm|` carries the sum to
         depth (first-order propagation, JCGM 100:2008, 5.1.2). The scatter between stops is not
         added: it is the sweep's noise and reaches depth through the covariance.
 
@@ -156,14 +159,13 @@ class Curve:
 
     def to_json(self) -> dict[str, Any]:
         """A plain dict of numbers, strings and lists; `from_json` gives back an equal curve."""
-        return {
-            "model": self.model,
-            "params": self.params,
-            "covariance": [list(row) for row in self.covariance],
-            "valid_mm": list(self.valid_mm),
-            "scatter_px": self.scatter_px,
-            **({} if self.field is None else {"field": self.field.to_json()}),
-        }
+        content = _JSON.to_json(
+            _StoredCurve(
+                self.model, self.params, self.covariance, self.valid_mm, self.scatter_px, self.field
+            )
+        )
+        # Curves without a field term are written as they were before there was one.
+        return {name: value for name, value in content.items() if value is not None}
 
     @classmethod
     def from_json(cls, content: Mapping[str, Any]) -> Self:
@@ -172,32 +174,16 @@ class Curve:
         Raises:
             CurveError: unknown or missing names, other types, or numbers that make no curve.
         """
-        if sorted(set(content) - {"field"}) != sorted(FIELDS):
-            raise CurveError(
-                f"a stored curve has the fields {sorted(map(str, content))}, expected "
-                f"{sorted(FIELDS)}",
-                advice="it was written by another version: run rig fit on its sweep",
-            )
+        stored = _JSON.from_json(dict(content))
         kinds = {law.name: law for law in LAWS}
-        if not isinstance(content["model"], str) or content["model"] not in kinds:
-            raise CurveError(
-                f"unknown curve model {content['model']!r}", advice=f"known: {', '.join(kinds)}"
-            )
         try:
-            params = {str(name): _number(value) for name, value in content["params"].items()}
-            law = kinds[content["model"]].from_params(params)
-            covariance = tuple(tuple(map(_number, row)) for row in content["covariance"])
-            near_mm, far_mm = map(_number, content["valid_mm"])
-            scatter_px = _number(content["scatter_px"])
-            field = None if "field" not in content else FieldTerm.from_json(content["field"])
-            return cls(law, covariance, (near_mm, far_mm), scatter_px, field)
-        except CurveError:
-            raise
-        except (TypeError, ValueError, AttributeError, OverflowError) as error:
+            law = kinds[stored.model].from_params(stored.params)
+        except (TypeError, ValueError) as error:
             raise CurveError(
-                f"a stored {content['model']} curve is ill-formed ({error})",
+                f"a stored {stored.model} curve is ill-formed ({error})",
                 advice="run rig fit on its sweep",
             ) from error
+        return cls(law, stored.covariance, stored.valid_mm, stored.scatter_px, stored.field)
 
     @cached_property
     def _curve_sigma_px(self) -> EvenTable:
@@ -212,8 +198,16 @@ class Curve:
         return np.where(known, slope_px, slope_px.dtype.type(np.nan))
 
 
-def _number(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
-        msg = f"{value!r} is not a finite number"
-        raise TypeError(msg)
-    return float(value)
+@dataclass(frozen=True, slots=True)
+class _StoredCurve:
+    """The fields of a curve's JSON."""
+
+    model: ModelName
+    params: dict[str, float]
+    covariance: tuple[tuple[float, ...], ...]
+    valid_mm: tuple[float, float]
+    scatter_px: float
+    field: FieldTerm | None = None
+
+
+_JSON = Codec(_StoredCurve, name="curve", error=CurveError, advice="run rig fit on its sweep")

@@ -4,18 +4,14 @@ Cameras that are turned against their calibration by little shift the slope by a
 linear in the pixel and the same at every depth.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from math import isfinite
-from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.errors import CurveError
-
-FIELDS = ("at_px", "per_px", "covariance")
 
 
 @dataclass(frozen=True)
@@ -50,37 +46,6 @@ class FieldTerm:
         """Slope that the term adds, and the variance of that, at every pixel: (H, W) each."""
         return _maps(self, shape)
 
-    def to_json(self) -> dict[str, Any]:
-        """A plain dict; `from_json` gives back an equal term."""
-        return {
-            "at_px": list(self.at_px),
-            "per_px": list(self.per_px),
-            "covariance": [list(row) for row in self.covariance],
-        }
-
-    @classmethod
-    def from_json(cls, content: Mapping[str, Any]) -> Self:
-        """Build the term that `to_json` wrote.
-
-        Raises:
-            CurveError: unknown or missing names, other types, or numbers that make no term.
-        """
-        if sorted(content) != sorted(FIELDS):
-            raise CurveError(
-                f"a stored field term has the fields {sorted(map(str, content))}, expected "
-                f"{sorted(FIELDS)}",
-                advice="run rig fit on its sweep",
-            )
-        try:
-            first, second = content["covariance"]
-            return cls(
-                _pair(content["at_px"]), _pair(content["per_px"]), (_pair(first), _pair(second))
-            )
-        except (TypeError, ValueError) as error:
-            raise CurveError(
-                f"a stored field term is ill-formed ({error})", advice="run rig fit on its sweep"
-            ) from error
-
 
 @lru_cache(maxsize=4)
 def _maps(
@@ -92,12 +57,3 @@ def _maps(
     slope = term.per_px[0] * x + term.per_px[1] * y
     variance = xx * x * x + 2.0 * xy * x * y + yy * y * y
     return slope.astype(np.float32), np.maximum(variance, 0.0).astype(np.float32)
-
-
-def _pair(value: Any) -> tuple[float, float]:
-    first, second = value
-    for number in (first, second):
-        if isinstance(number, bool) or not isinstance(number, int | float):
-            msg = f"{number!r} is not a number"
-            raise TypeError(msg)
-    return float(first), float(second)

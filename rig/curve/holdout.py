@@ -90,7 +90,7 @@ def depth_errors(
 ) -> tuple[DepthError, ...]:
     """Expanded uncertainty (k = 2) of depth at distances inside the curve's range.
 
-    The standard uncertainty joins two parts, both as slopes, and |dZ/dm| carries them to depth:
+    The standard uncertainty joins two parts, both as slopes, and `|dZ/dm|` carries them to depth:
     the rms miss of the held-out stops, bias included, and the sigma of the curve at that distance
     (which the held-out misses hold already once, on average over the range: the sum errs on the
     safe side where the curve is weak). The rms comes from few distances: its part is widened by

@@ -2,11 +2,10 @@
 
 from rig.database.provenance import software_versions
 from rig.database.store import Store, open_store
+from rig.measurement import Failure, Measurement
 from rig.records import (
-    Failure,
     HistoryRow,
     Json,
-    Measurement,
     Sample,
     SampleKey,
     State,

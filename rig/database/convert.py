@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import cast
 
+from rig.database.details import details_json, read_details
 from rig.database.tables import (
     CalibrationRow,
     CurveRow,
@@ -12,10 +13,9 @@ from rig.database.tables import (
     StopRow,
     SweepRow,
 )
+from rig.measurement import Failure, Measurement
 from rig.plan import Direction, Role, Stop
 from rig.records import (
-    Failure,
-    Measurement,
     Sample,
     State,
     StoredCalibration,
@@ -68,6 +68,8 @@ def frame_row(place: int, frame: StoredFrame) -> FrameRow:
         timestamp_s=float(frame.timestamp_s),
         sequence=int(frame.sequence),
         exposure_s=_maybe(frame.exposure_s),
+        bits=frame.bits,
+        uncertainty_s=float(frame.uncertainty_s),
         sha256=frame.sha256,
     )
 
@@ -83,7 +85,15 @@ def sample_value(row: SampleRow, frames: Path) -> Sample:
         temperature_degc=row.temperature_degc,
         folder=frames / row.folder,
         frames=tuple(
-            StoredFrame(f.view, f.timestamp_s, f.sequence, f.exposure_s, f.sha256)
+            StoredFrame(
+                view=f.view,
+                timestamp_s=f.timestamp_s,
+                sequence=f.sequence,
+                exposure_s=f.exposure_s,
+                sha256=f.sha256,
+                bits=f.bits,
+                uncertainty_s=f.uncertainty_s,
+            )
             for f in row.frames
         ),
     )
@@ -108,7 +118,7 @@ def measurement_row(measurement: Measurement) -> MeasurementRow:
         dense_sigma_px=_maybe(measurement.dense_sigma_px),
         failure_reason=failure.reason if failure else None,
         failure_message=failure.message if failure else None,
-        details=dict(measurement.details),
+        details=details_json(measurement),
     )
 
 
@@ -123,17 +133,25 @@ def measurement_value(row: MeasurementRow) -> Measurement:
     failure = None
     if row.failure_reason is not None and row.failure_message is not None:
         failure = Failure(row.failure_reason, row.failure_message)
+    details = read_details(row.details)
     return Measurement(
         slope_px=row.slope_px,
         sigma_px=row.sigma_px,
         plane=plane,
+        plane_sigma=details.plane_sigma,
         centre_px=centre_px,
         corner_slope_px=row.corner_slope_px,
         corner_sigma_px=row.corner_sigma_px,
         dense_slope_px=row.dense_slope_px,
         dense_sigma_px=row.dense_sigma_px,
+        corners_px=details.corners_px or None,
+        outline_px=details.outline_px or None,
+        epipolar=details.epipolar,
+        track_residual_px=details.track_residual_px,
+        residual_levels=details.residual_levels,
+        edge_pixels=details.edge_pixels,
+        views=details.views,
         failure=failure,
-        details=row.details,
     )
 
 

@@ -99,8 +99,15 @@ class FrameWriter:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
-        digest = hashlib.sha256(content).hexdigest()
-        return StoredFrame(frame.view, frame.timestamp_s, frame.sequence, frame.exposure_s, digest)
+        return StoredFrame(
+            view=frame.view,
+            timestamp_s=frame.timestamp_s,
+            sequence=frame.sequence,
+            exposure_s=frame.exposure_s,
+            sha256=hashlib.sha256(content).hexdigest(),
+            bits=frame.bits,
+            uncertainty_s=frame.uncertainty_s,
+        )
 
 
 def read_frames(
@@ -142,11 +149,13 @@ def _read_one(folder: Path, frame: StoredFrame) -> Frame:
         )
     image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     return Frame(
-        frame.view,
-        cast("GreyImage", image),
-        frame.timestamp_s,
-        frame.sequence,
-        frame.exposure_s,
+        view=frame.view,
+        image=cast("GreyImage", image),
+        timestamp_s=frame.timestamp_s,
+        sequence=frame.sequence,
+        exposure_s=frame.exposure_s,
+        bits=frame.bits,
+        uncertainty_s=frame.uncertainty_s,
     )
 
 

@@ -1,6 +1,5 @@
 """Where the database and its frames are."""
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +8,7 @@ from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError
 
 from rig.errors import StoreError
+from rig.places import default_database
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +43,10 @@ def locate(url: str | None, environment: Mapping[str, str]) -> Location:
     Raises:
         StoreError: it is no URL, or a database that forgets everything at the end.
     """
-    home = user_data_dir(sys.platform, environment) / "epirig"
+    default = default_database(environment)
     given = url or environment.get("RIG_DATABASE")
-    parsed = _parse(given) if given else URL.create("sqlite", database=str(home / "rig.sqlite"))
-    beside = home
+    parsed = _parse(given) if given else URL.create("sqlite", database=str(default))
+    beside = default.parent
     if parsed.get_backend_name() == "sqlite":
         if parsed.database in {None, "", ":memory:"}:
             raise StoreError(
@@ -57,27 +57,6 @@ def locate(url: str | None, environment: Mapping[str, str]) -> Location:
         parsed, beside = parsed.set(database=str(file)), file.parent
     frames = environment.get("RIG_FRAMES")
     return Location(parsed, Path(frames).absolute() if frames else beside / "frames")
-
-
-def user_data_dir(platform: str, environment: Mapping[str, str]) -> Path:
-    """Return where programs of this user keep their data, by the customs of the platform.
-
-    Linux and the like: XDG Base Directory Specification, `$XDG_DATA_HOME` (absolute only) or
-    `~/.local/share`.
-
-    Args:
-        platform: as `sys.platform`.
-        environment: variables, as in `os.environ`.
-    """
-    match platform:
-        case "win32":
-            local = environment.get("LOCALAPPDATA")
-            return Path(local) if local else Path.home() / "AppData" / "Local"
-        case "darwin":
-            return Path.home() / "Library" / "Application Support"
-        case _:
-            xdg = Path(environment.get("XDG_DATA_HOME", ""))
-            return xdg if xdg.is_absolute() else Path.home() / ".local" / "share"
 
 
 def _parse(text: str) -> URL:

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from rig.database import queries
 from rig.database.convert import measurement_row, measurement_value
 from rig.database.transactions import Transactions
-from rig.records import Measurement, SampleKey
+from rig.measurement import Measurement
+from rig.records import SampleKey
 
 
 class MeasurementShelf(Transactions):

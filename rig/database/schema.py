@@ -5,15 +5,26 @@ from typing import Any
 
 from sqlalchemy import Connection, Engine, create_engine, event, inspect, text
 from sqlalchemy.exc import NoSuchModuleError
+from sqlalchemy.pool import StaticPool
 
 from rig.database.location import Location
+from rig.database.tables import Row
 from rig.database.trouble import explained
 from rig.errors import StoreError
 
-REVISIONS = ("rig_0001", "rig_0002")
+REVISIONS = ("rig_0001", "rig_0002", "rig_0003")
 """Every schema this program knows, oldest first; a test holds them to `migrations/versions`."""
 
 MIGRATIONS = Path(__file__).parent / "migrations"
+
+
+def empty_engine() -> Engine:
+    """Return an engine for a database that is not there: it reads as empty, and leaves no file."""
+    engine = create_engine(
+        "sqlite://", poolclass=StaticPool, connect_args={"check_same_thread": False}
+    )
+    Row.metadata.create_all(engine)
+    return engine
 
 
 def open_engine(location: Location) -> Engine:

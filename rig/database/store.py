@@ -27,7 +27,7 @@ from rig.database.frames import (
 )
 from rig.database.location import Location, locate
 from rig.database.measurements import MeasurementShelf
-from rig.database.schema import open_engine
+from rig.database.schema import empty_engine, open_engine
 from rig.database.tables import SampleRow, SweepRow
 from rig.database.trouble import explained
 from rig.errors import StoreError
@@ -40,18 +40,30 @@ from rig.records import (
     Sweep,
 )
 
+Absent = Literal["made", "empty", "refused"]
 
-def open_store(url: str | None = None) -> "Store":
-    """Open the database; a missing one is made, an old one upgraded.
+
+def open_store(url: str | None = None, *, absent: Absent = "made") -> "Store":
+    """Open the database; an old one is upgraded.
 
     Args:
         url: SQLAlchemy URL; else `RIG_DATABASE`, else a file in the user's data directory.
+        absent: what becomes of a file that is not there: `made`, for who writes; `empty` reads as
+            a database that holds nothing, and nothing is left on the disk; `refused` as well, but
+            only in the user's data directory: a name that somebody gave is an error.
 
     Raises:
-        StoreError: it cannot be opened, is not ours, or is newer than this program.
+        StoreError: it cannot be opened, is not ours, is newer than this program, or is not there.
     """
     location = locate(url, os.environ)
-    return Store(location, open_engine(location))
+    if absent == "made" or location.file is None or location.file.exists():
+        return Store(location, open_engine(location))
+    if absent == "refused" and (url or os.environ.get("RIG_DATABASE")):
+        raise StoreError(
+            f"asked to read the database {location}, there is none",
+            advice="look at --db and RIG_DATABASE, or make it with rig sweep or rig calibrate",
+        )
+    return Store(location, empty_engine(), exists=False)
 
 
 class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
@@ -61,10 +73,12 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
     All of them raise `StoreError` when disk or database fail; what was stored before stays.
     """
 
-    def __init__(self, location: Location, engine: Engine) -> None:
+    def __init__(self, location: Location, engine: Engine, *, exists: bool = True) -> None:
         super().__init__(location, engine)
         self.frames = location.frames
         """Folder below which all frames are."""
+        self.exists = exists
+        """False where there is no database yet: this one holds nothing, and keeps nothing."""
 
     def __enter__(self) -> "Store":
         return self

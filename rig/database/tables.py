@@ -11,6 +11,7 @@ from sqlalchemy import (
     MetaData,
     String,
     UniqueConstraint,
+    text,
 )
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
 
@@ -107,6 +108,8 @@ class FrameRow(Row):
     timestamp_s: Mapped[float]
     sequence: Mapped[int] = mapped_column(BigInteger)
     exposure_s: Mapped[float | None]
+    bits: Mapped[int | None]
+    uncertainty_s: Mapped[float] = mapped_column(server_default=text("0"))
     sha256: Mapped[str] = mapped_column(String(64))
 
 

@@ -174,7 +174,7 @@ class SlopeMap:
     slope_px: NDArray[np.float32]
     """(H, W), px per view step, NaN only where the label is 0."""
     sigma_px: NDArray[np.float32]
-    """(H, W), 1 sigma; |error| / sigma has a robust standard deviation near 1."""
+    """(H, W), 1 sigma; `|error| / sigma` has a robust standard deviation near 1."""
     label: NDArray[np.uint8]
     """(H, W), values of `Label`."""
     warnings: tuple[str, ...] = field(default=())

@@ -5,11 +5,9 @@ from typing import Self
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import ConfigError
-
-Float = NDArray[np.float64]
 
 _SMALL_RAD = 1e-4
 """Below this the sine of an angle is the angle, to 2e-13."""

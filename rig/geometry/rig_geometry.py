@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.errors import ConfigError
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
-
-Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +27,14 @@ class StageGeometry:
     """Distance of the board's centre along +z at driver position 0."""
     covariance: Float
     """(4, 4) of axis x, axis y, scale, zero_mm."""
+
+    def __post_init__(self) -> None:
+        if self.axis.shape != (3,) or self.covariance.shape != (4, 4):
+            raise ConfigError(
+                f"stage with an axis of shape {self.axis.shape} and a covariance of shape "
+                f"{self.covariance.shape} asked for",
+                advice="give (3,) and (4, 4)",
+            )
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,27 +10,10 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from rig.errors import ConfigError
+from rig.places import profile_files
 from rig.profile.models import Profile
 
 _MOST_ERRORS_SHOWN = 3
-
-
-def profile_folders() -> tuple[Path, ...]:
-    """Return where profile names are looked up: the working folder first, then the shipped ones."""
-    package = Path(__file__).resolve().parent.parent
-    candidates = (Path.cwd(), package, package.parent)
-    folders = (folder / "calib_profiles" for folder in candidates)
-    return tuple(dict.fromkeys(folder.resolve() for folder in folders if folder.is_dir()))
-
-
-def profile_files() -> Iterator[Path]:
-    """Yield every profile that can be named; of two with one name only the first found."""
-    seen: set[str] = set()
-    for folder in profile_folders():
-        for path in sorted(folder.glob("*.toml")):
-            if path.stem not in seen:
-                seen.add(path.stem)
-                yield path
 
 
 def find_profile(name_or_path: str) -> Path:

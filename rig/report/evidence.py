@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.curve import Curve
-from rig.database import Measurement, Sample, SampleKey, Store, StoredCurve, Sweep
+from rig.database import Store
 from rig.epipolar import RectifiedViews
 from rig.frames import GreyImage
+from rig.measurement import Measurement, Point
 from rig.optics.rectifier import Rectifier
 from rig.profile import Profile
+from rig.records import Sample, SampleKey, StoredCurve, Sweep
 from rig.sweep.conclude import SweepResult, stored_profile, stored_rectifier
-from rig.sweep.measure_sample import CORNERS, OUTLINE
 
 MOST_FAILURES_SHOWN = 3
 
@@ -28,7 +29,7 @@ class Picture:
     """(V, H, W) rectified, in the order of the profile's views."""
     views: RectifiedViews
     """The same for estimators."""
-    centre_px: tuple[float, float]
+    centre_px: Point
     plane: tuple[float, float, float]
     """Slope m = a + b (u - u0) + c (v - v0) about `centre_px`."""
     corners_px: NDArray[np.float64]
@@ -112,7 +113,12 @@ def _shown(
 
 
 def _is_found(measurement: Measurement) -> bool:
-    places = (measurement.plane, measurement.centre_px, measurement.details.get(CORNERS))
+    places = (
+        measurement.plane,
+        measurement.centre_px,
+        measurement.corners_px,
+        measurement.outline_px,
+    )
     return measurement.failure is None and all(places)
 
 
@@ -124,10 +130,10 @@ def _picture(
         sample=sample,
         images=rectifier.pictures(images),
         views=rectifier.views(images),
-        centre_px=cast("tuple[float, float]", measurement.centre_px),
+        centre_px=cast("Point", measurement.centre_px),
         plane=cast("tuple[float, float, float]", measurement.plane),
-        corners_px=np.asarray(measurement.details[CORNERS], np.float64),
-        outline_px=np.asarray(measurement.details[OUTLINE], np.float64),
+        corners_px=np.array(measurement.corners_px, np.float64),
+        outline_px=np.array(measurement.outline_px, np.float64),
     )
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.curve import Curve, CurvePoint
-from rig.database import Measurement, Sample, SampleKey
+from rig.measurement import Measurement
+from rig.records import Sample, SampleKey
 from rig.sweep.points import StopResult
 
 

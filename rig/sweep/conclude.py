@@ -234,11 +234,11 @@ def _failures(gates: tuple[Gate, ...], stops: tuple[StopResult, ...]) -> tuple[s
 
 def _epipolar(stops: tuple[StopResult, ...]) -> dict[str, float] | None:
     """Mean of all stops, their largest 95th percentile, and the largest of all."""
-    found = [stop.epipolar_px for stop in stops if stop.epipolar_px is not None]
+    found = [stop.epipolar for stop in stops if stop.epipolar is not None]
     if not found:
         return None
     return {
-        "mean": sum(mean for mean, _, _ in found) / len(found),
-        "p95": max(p95 for _, p95, _ in found),
-        "max": max(largest for _, _, largest in found),
+        "mean": sum(error.mean_px for error in found) / len(found),
+        "p95": max(error.p95_px for error in found),
+        "max": max(error.max_px for error in found),
     }

@@ -3,29 +3,19 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.database import Failure, Measurement
+from rig.arrays import Float
 from rig.epipolar import RectifiedViews
 from rig.epipolar.board.dense import DenseBoardSlope, measure_dense
 from rig.epipolar.board.fit import fit_board_slope
 from rig.epipolar.board.slope import BoardSlope
 from rig.errors import SlopeError, TargetError
 from rig.frames import GreyImage
+from rig.measurement import Failure, Measurement, Point
 from rig.optics.rectifier import Rectifier
 from rig.optics.target import target_of
 from rig.sweep.request import sweep_setup
 from rig.targets import Target, full_corners
 from rig.targets.corners import Corners
-
-TRACK_RESIDUAL = "track_residual_px"
-"""Detail of a measurement: rms distance of the corners from their epipolar lines."""
-CORNERS, OUTLINE = "corners_px", "outline_px"
-"""Details of a measurement, in the rectified reference view: corners (rows, columns, 2), outline
-(4, 2)."""
-EPIPOLAR = "epipolar_px"
-"""Detail of a measurement: mean, 95th percentile and largest distance of a corner from the epipolar
-line of the reference view's corner."""
-PLANE_SIGMA = "plane_sigma"
-"""Detail of a measurement: 1 sigma of `Measurement.plane`."""
 
 
 def measure_sample(rectifier: Rectifier, images: GreyImage) -> Measurement:
@@ -56,22 +46,30 @@ def measure_sample(rectifier: Rectifier, images: GreyImage) -> Measurement:
         slope_px=slope.slope_px,
         sigma_px=slope.sigma_px,
         plane=slope.plane,
+        plane_sigma=_three(np.sqrt(np.diag(slope.plane_covariance))),
         centre_px=slope.centre_px,
         corner_slope_px=slope.corner_slope_px,
         corner_sigma_px=slope.corner_sigma_px,
         dense_slope_px=None if dense is None else dense.slope_px,
         dense_sigma_px=None if dense is None else dense.sigma_px,
-        details={
-            "edge_pixels": slope.edge_pixels,
-            "residual_levels": slope.residual,
-            TRACK_RESIDUAL: slope.track_residual_px,
-            "views": [profile.views[index].name for index in slope.views],
-            EPIPOLAR: list(slope.epipolar_px),
-            PLANE_SIGMA: np.sqrt(np.diag(slope.plane_covariance)).tolist(),
-            CORNERS: slope.corners_px.tolist(),
-            OUTLINE: slope.outline_px.tolist(),
-        },
+        corners_px=tuple(map(_points, slope.corners_px)),
+        outline_px=_points(slope.outline_px),
+        epipolar=slope.epipolar,
+        track_residual_px=slope.track_residual_px,
+        residual_levels=slope.residual,
+        edge_pixels=slope.edge_pixels,
+        views=tuple(profile.views[index].name for index in slope.views),
     )
+
+
+def _points(xy_px: Float) -> tuple[Point, ...]:
+    """Places (N, 2)."""
+    return tuple((x, y) for x, y in xy_px.tolist())
+
+
+def _three(numbers: Float) -> tuple[float, float, float]:
+    a, b, c = numbers.tolist()
+    return a, b, c
 
 
 def _corners_or_reason(

@@ -5,9 +5,10 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from types import TracebackType
 from typing import Self
 
-from rig.database import Measurement, SampleKey
 from rig.frames import GreyImage
+from rig.measurement import Measurement
 from rig.optics.rectifier import Rectifier
+from rig.records import SampleKey
 from rig.sweep.measure_sample import measure_sample
 
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rig.curve import CurvePoint, FieldTerm
-from rig.database import Measurement, Sample, SampleKey
+from rig.geometry.epipolar_error import EpipolarError
+from rig.measurement import Measurement
 from rig.optics.rectifier import Rectifier
 from rig.plan import Stop
-from rig.sweep.measure_sample import CORNERS, EPIPOLAR, PLANE_SIGMA, TRACK_RESIDUAL
+from rig.records import Sample, SampleKey
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +29,8 @@ class StopResult:
     """Mean over the samples of the rms distance of the corners from their epipolar lines."""
     motion_px: float | None
     """Corner motion between the first and the last sample, rms."""
-    epipolar_px: tuple[float, float, float] | None
-    """Distance of the corners from the epipolar lines: mean, 95th percentile, largest."""
+    epipolar: EpipolarError | None
+    """Of the corners; means over the samples, and the largest of them all."""
     centre_px: tuple[float, float] | None
     """Mean place of the board's centre in the rectified reference view."""
     tilt: tuple[float, float] | None
@@ -83,9 +84,9 @@ def _stop_result(
         point=None if problem else _point(samples, good, rectifier),
         corner_slope_px=_mean([_on_axis(m, m.corner_slope_px, rectifier) for m in good]),
         dense_slope_px=_mean([_on_axis(m, m.dense_slope_px, rectifier) for m in good]),
-        track_residual_px=_mean([_number(m.details.get(TRACK_RESIDUAL)) for m in good]),
+        track_residual_px=_mean([m.track_residual_px for m in good]),
         motion_px=motion_px,
-        epipolar_px=_epipolar(good),
+        epipolar=_epipolar(good),
         centre_px=_mean_pair([m.centre_px for m in good]),
         tilt=_mean_pair([_tilt(m, rectifier) for m in good]),
         tilt_sigma=_tilt_sigma(good),
@@ -138,20 +139,22 @@ def _tilt(measurement: Measurement, rectifier: Rectifier) -> tuple[float, float]
 
 def _tilt_sigma(measured: Sequence[Measurement]) -> tuple[float, float] | None:
     """Of the mean over the samples."""
-    sigmas = [m.details.get(PLANE_SIGMA) for m in measured]
-    known = np.array([sigma for sigma in sigmas if sigma is not None], np.float64)
+    known = np.array([m.plane_sigma for m in measured if m.plane_sigma is not None])
     if not known.size:
         return None
     _, b, c = (np.sqrt((known**2).sum(axis=0)) / len(known)).tolist()
     return b, c
 
 
-def _epipolar(measured: Sequence[Measurement]) -> tuple[float, float, float] | None:
-    found = [m.details.get(EPIPOLAR) for m in measured]
-    known = np.array([errors for errors in found if errors is not None], np.float64)
-    if not known.size:
+def _epipolar(measured: Sequence[Measurement]) -> EpipolarError | None:
+    known = [m.epipolar for m in measured if m.epipolar is not None]
+    if not known:
         return None
-    return float(known[:, 0].mean()), float(known[:, 1].mean()), float(known[:, 2].max())
+    return EpipolarError(
+        mean_px=statistics.fmean(error.mean_px for error in known),
+        p95_px=statistics.fmean(error.p95_px for error in known),
+        max_px=max(error.max_px for error in known),
+    )
 
 
 def _mean_pair(pairs: Sequence[tuple[float, float] | None]) -> tuple[float, float] | None:
@@ -192,6 +195,8 @@ def _problem(
             return f"{place}: not measured yet; run `rig fit` on this sweep"
         if measurement.failure is not None:
             return f"{place}: {measurement.failure.message}"
+    if motion_px is None and len(measured) > 1:
+        return f"{place}: its corners are not stored; run `rig fit` on this sweep"
     if motion_px is not None and motion_px > max_motion_px:
         return (
             f"{place}: the board moved {motion_px:.3f} px between first and last sample, allowed "
@@ -200,14 +205,11 @@ def _problem(
     return None
 
 
-def _motion_px(first: Measurement, last: Measurement) -> float:
-    places_px = [np.asarray(m.details[CORNERS], np.float64) for m in (first, last)]
-    difference_px = places_px[0] - places_px[1]
+def _motion_px(first: Measurement, last: Measurement) -> float | None:
+    if first.corners_px is None or last.corners_px is None:
+        return None
+    difference_px = np.array(first.corners_px) - np.array(last.corners_px)
     return float(np.sqrt(np.mean(np.sum(difference_px**2, axis=-1))))
-
-
-def _number(value: object) -> float | None:
-    return float(value) if isinstance(value, int | float) else None
 
 
 def _mean(values: Sequence[float | None]) -> float | None:

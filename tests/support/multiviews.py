@@ -1,5 +1,6 @@
 """Small noisy multi-views, different for every seed."""
 
+from dataclasses import fields, replace
 from typing import cast
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from rig.frames import Frame, GreyImage, MultiView
 
 VIEWS = ("centre", "left", "top")
+_BESIDE_IMAGE = tuple(field.name for field in fields(Frame) if field.name != "image")
 
 
 def noisy_multiview(
@@ -26,12 +28,22 @@ def noisy_multiview(
     return MultiView(frames, temperature_degc=None if seed % 2 else 100.0 / 3.0)
 
 
+def ten_bit_multiview() -> MultiView:
+    """Return 16-bit views of 10 bits whose exposures may have been up to 0.03 s earlier."""
+    multiview = noisy_multiview(3, dtype=np.uint16)
+    frames = tuple(
+        replace(frame, image=frame.image >> np.uint16(6), bits=10, uncertainty_s=0.03)
+        for frame in multiview.frames
+    )
+    return replace(multiview, frames=frames)
+
+
 def same_multiview(one: MultiView, other: MultiView) -> bool:
     """Tell whether every pixel, time and number is the same."""
 
     def rest(multiview: MultiView) -> object:
         return multiview.temperature_degc, [
-            (f.view, f.timestamp_s, f.sequence, f.exposure_s, f.image.dtype)
+            (f.image.dtype, {name: getattr(f, name) for name in _BESIDE_IMAGE})
             for f in multiview.frames
         ]
 

@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.database import Failure, Measurement, SampleKey, Store, open_store, software_versions
+from rig.database import Store, open_store, software_versions
 from rig.frames import Frame, MultiView
+from rig.measurement import Failure, Measurement, Point
 from rig.plan import Stop, plan_stops
 from rig.profile import Profile
 from rig.profile.load import load_profile
+from rig.records import SampleKey
 from rig.sweep.conclude import SweepResult, conclude_sweep
-from rig.sweep.measure_sample import CORNERS, OUTLINE, TRACK_RESIDUAL
 from tests.support.board_images import BoardScene, digitised
 
 SCENE = BoardScene(width=320, height=200, focal_px=305.0)
@@ -129,9 +130,11 @@ def _measurement(recipe: SweepRecipe, stop: Stop, rng: np.random.Generator) -> M
         corner_sigma_px=0.004,
         dense_slope_px=slope_px + 0.006 + 0.002 * float(rng.standard_normal()),
         dense_sigma_px=0.004,
-        details={
-            CORNERS: (scene.corners() + 0.01 * rng.standard_normal((6, 9, 2))).tolist(),
-            OUTLINE: (outline[:, :2] / outline[:, 2:]).tolist(),
-            TRACK_RESIDUAL: 0.011,
-        },
+        corners_px=tuple(map(_points, scene.corners() + 0.01 * rng.standard_normal((6, 9, 2)))),
+        outline_px=_points(outline[:, :2] / outline[:, 2:]),
+        track_residual_px=0.011,
     )
+
+
+def _points(xy_px: NDArray[np.float64]) -> tuple[Point, ...]:
+    return tuple((x, y) for x, y in xy_px.tolist())

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from rig.database import open_store
 from tests.support.command import Command
 
 
@@ -93,14 +94,10 @@ def test_distances_outside_the_travel_are_refused_before_anything_moves(
     assert "travel is 400.000..1200.000 mm" in answer.err
 
 
-def test_history_of_an_empty_database(rig: Command):
-    answer = rig("history")
-    assert answer.code == 0
-    assert "no sweep yet" in answer.out
-
-
 @pytest.mark.parametrize("verb", ["fit", "report"])
 def test_an_unknown_sweep_is_named(rig: Command, verb: str):
+    with open_store():
+        pass
     answer = rig(verb, 7)
     assert answer.code == 1
     assert "7" in answer.err

@@ -110,21 +110,27 @@ def test_json_round_trip_is_exact(curve: Curve) -> None:
     ("change", "says"),
     [
         ({"extra": 1}, "extra"),
-        ({"model": "polynomial"}, "unknown curve model 'polynomial'"),
-        ({"model": ["physical"]}, "unknown curve model"),
+        ({"model": "polynomial"}, "model: 'physical', .* or 'spline' wanted, found 'polynomial'"),
+        ({"model": ["physical"]}, r"wanted, found \['physical'\]"),
         ({"params": {"z0_mm": 3.0, "a_px_mm": 24e3}}, "ill-formed"),
-        ({"params": {"z0_mm": 3.0, "a_px_mm": 24e3, "m_inf_px": "x"}}, "'x' is not a finite"),
-        ({"params": {"z0_mm": 3.0, "a_px_mm": 24e3, "m_inf_px": True}}, "True is not a finite"),
+        (
+            {"params": {"z0_mm": 3.0, "a_px_mm": 24e3, "m_inf_px": "x"}},
+            "m_inf_px: a finite number wanted, found 'x'",
+        ),
+        (
+            {"params": {"z0_mm": 3.0, "a_px_mm": 24e3, "m_inf_px": True}},
+            "m_inf_px: a finite number wanted, found True",
+        ),
         ({"params": [1, 2, 3]}, "ill-formed"),
         ({"params": {"z0_mm": 500.0, "a_px_mm": 24e3, "m_inf_px": -34.0}}, "does not fall"),
         ({"params": {"z0_mm": 3.0, "a_px_mm": -24e3, "m_inf_px": 34.0}}, "does not fall"),
         ({"covariance": [[1.0]]}, r"covariance of shape \(1, 1\)"),
-        ({"covariance": [[1.0, 2.0], [3.0]]}, "ill-formed"),
+        ({"covariance": [[1.0, 2.0], [3.0]]}, r"covariance of shape \(2, 1 or 2\)"),
         ({"covariance": [[-1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]]}, "negative variance"),
         ({"covariance": 5}, "ill-formed"),
-        ({"valid_mm": [400.0]}, "ill-formed"),
+        ({"valid_mm": [400.0]}, r"valid_mm\[1\] is missing"),
         ({"valid_mm": [400.0, 300.0]}, "no range"),
-        ({"valid_mm": [float("nan"), 300.0]}, "nan is not a finite"),
+        ({"valid_mm": [float("nan"), 300.0]}, r"valid_mm\[0\]: a finite number wanted, found nan"),
         ({"scatter_px": -1.0}, "negative variance"),
         ({"scatter_px": None}, "ill-formed"),
     ],
@@ -140,7 +146,7 @@ def test_from_json_refuses(
 def test_from_json_refuses_a_missing_field(missing: str, curves: dict[ModelName, Curve]) -> None:
     content = curves["physical"].to_json()
     del content[missing]
-    with pytest.raises(CurveError, match=f"expected .*{missing}"):
+    with pytest.raises(CurveError, match=f"{missing} is missing; run rig fit"):
         Curve.from_json(content)
 
 

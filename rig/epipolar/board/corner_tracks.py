@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
+from rig.arrays import Float
+from rig.geometry.epipolar_error import EpipolarError
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,9 +59,9 @@ def fit_corner_tracks(
     )
 
 
-def epipolar_errors(
+def corner_epipolar_error(
     xy_px: Sequence[Float], x_steps: Float, y_steps: Float, reference: int
-) -> tuple[float, float, float]:
+) -> EpipolarError:
     """How far corners lie from the epipolar lines of the reference view's corners.
 
     Args:
@@ -71,7 +71,7 @@ def epipolar_errors(
         reference: Index of the view at (0, 0).
 
     Returns:
-        Mean, 95th percentile and largest distance over all other views, px.
+        Over all other views.
     """
     here = np.asarray(xy_px[reference], np.float64).reshape(-1, 2)
     distances: list[Float] = []
@@ -81,5 +81,4 @@ def epipolar_errors(
             moved = np.asarray(xy, np.float64).reshape(-1, 2) - here
             across = moved[:, 1] * x_steps[view] - moved[:, 0] * y_steps[view]
             distances.append(np.abs(across) / length)
-    every = np.concatenate(distances)
-    return float(every.mean()), float(np.percentile(every, 95)), float(every.max())
+    return EpipolarError.of(np.concatenate(distances))

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.epipolar.board.corner_tracks import CornerPlane, epipolar_errors, fit_corner_tracks
+from rig.epipolar.board.corner_tracks import CornerPlane, corner_epipolar_error, fit_corner_tracks
 from rig.epipolar.board.light import LightField
 from rig.epipolar.board.lines import BoardLines, BoardViews, Paths
 from rig.epipolar.board.misalignment import fit_misalignment
@@ -90,7 +90,7 @@ def fit_board_slope(
         corner_slope_px=float(tracks.plane[0]),
         corner_sigma_px=float(np.hypot(tracks.sigma_px, beside_px)),
         track_residual_px=tracks.residual_px,
-        epipolar_px=epipolar_errors(xy_px, x_steps, y_steps, reference),
+        epipolar=corner_epipolar_error(xy_px, x_steps, y_steps, reference),
         corners_px=xy_px[reference],
         residual=float(np.sqrt(np.mean(fit.look.scores.residual**2))),
         edge_pixels=paths.pixels.shape[1],

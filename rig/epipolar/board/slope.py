@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Float = NDArray[np.float64]
+from rig.arrays import Float
+from rig.geometry.epipolar_error import EpipolarError
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +42,8 @@ class BoardSlope:
     """Median side of a square in the reference view."""
     period_px: float
     """Least change of slope, px per step, that lays the pattern onto itself in some pair."""
-    epipolar_px: tuple[float, float, float]
-    """Distance of the corners of all other views from the epipolar lines of the reference view's
-    corners: mean, 95th percentile and largest."""
+    epipolar: EpipolarError
+    """Of the corners of all other views, from the lines of the reference view's corners."""
     corners_px: Float
     """(rows, columns, 2) in the reference view."""
     outline_px: Float

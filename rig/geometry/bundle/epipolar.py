@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.geometry.bundle.result import EpipolarError, Residuals
+from rig.geometry.bundle.result import Residuals
 from rig.geometry.bundle.rotations import cross_matrix
+from rig.geometry.epipolar_error import EpipolarError
 from rig.geometry.rig_geometry import RigGeometry
 
 Float = NDArray[np.float64]
@@ -38,12 +39,7 @@ def epipolar_error(geometry: RigGeometry, found: Sequence[Residuals]) -> Epipola
         for one, other in (pair, pair[::-1])
     ]
     all_px = np.concatenate(distances) if distances else np.empty(0)
-    all_px = all_px[np.isfinite(all_px)]
-    if not all_px.size:
-        return EpipolarError(float("nan"), float("nan"), float("nan"))
-    return EpipolarError(
-        float(all_px.mean()), float(np.percentile(all_px, 95)), float(all_px.max())
-    )
+    return EpipolarError.of(all_px[np.isfinite(all_px)])
 
 
 def _rays(geometry: RigGeometry, found: Sequence[Residuals]) -> list[Float]:

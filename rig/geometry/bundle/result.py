@@ -4,15 +4,14 @@ import json
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from rig.arrays import Flags, Float, Index, Number
 from rig.errors import ConfigError
-from rig.geometry.bundle.codec import decode, encode
+from rig.geometry.epipolar_error import EpipolarError
 from rig.geometry.lens import LensModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
-
-Float = NDArray[np.float64]
+from rig.json_codec import Codec
 
 VERSION = 2
 """Of the JSON form."""
@@ -46,9 +45,9 @@ class BoardWarp:
 class BoardMotion:
     """How far the board moved between the views of one picture, as the pictures tell."""
 
-    turn_rad: float
+    turn_rad: Number
     """1 sigma about each axis through its middle, in a typical picture."""
-    shift_mm: float
+    shift_mm: Number
     """1 sigma of its middle along each axis."""
     picture_scale: Float
     """(N,) how many times as far it moved in each picture; 0 on the stage."""
@@ -63,7 +62,7 @@ class Residuals:
 
     picture: int
     view: int
-    ids: NDArray[np.intp]
+    ids: Index
     """(N,) point numbers."""
     xy_px: Float
     """(N, 2) where they were found."""
@@ -71,7 +70,7 @@ class Residuals:
     """(N, 2)."""
     sigma_px: Float
     """(N,) 1 sigma per coordinate, scaled to what the pictures show."""
-    outlier: NDArray[np.bool_]
+    outlier: Flags
     """(N,) points that took no part."""
     held_out_px: Float
     """(N, 2) the same after a solve that has not seen this picture, the board's pose apart."""
@@ -95,24 +94,15 @@ def rms_px(residual_px: Float) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class EpipolarError:
-    """Distance of points from the epipolar line of their partner, over all pairs of views."""
-
-    mean_px: float
-    p95_px: float
-    max_px: float
-
-
-@dataclass(frozen=True, slots=True)
 class LensScore:
     """How a lens model does on pictures that it has not seen."""
 
     lens: LensModel
-    rms_px: float
+    rms_px: Number
     """Held-out residuals, root mean square distance."""
-    worse_px2: float
+    worse_px2: Number
     """Mean square above that of the best model."""
-    sem_px2: float
+    sem_px2: Number
     """Standard error of that difference over the pictures."""
 
 
@@ -123,10 +113,10 @@ class DepthError:
     For points found without error and triangulated over all views; relative, in percent.
     """
 
-    distance_mm: float
-    picture_pct: float
+    distance_mm: Number
+    picture_pct: Number
     """Root mean square over the picture."""
-    worst_pct: float
+    worst_pct: Number
     """At the worst place of the picture, mostly a corner."""
 
 
@@ -144,13 +134,13 @@ class Reason:
 class PoseAdvice:
     """A pose of the board worth taking next."""
 
-    distance_mm: float
+    distance_mm: Number
     """Of the board's centre along the optical axis of the reference view."""
     centre_px: tuple[float, float]
     """Where the board's centre should appear in the reference view."""
     tilt_deg: tuple[float, float]
     """About the picture's x axis and y axis."""
-    gain_pct: float
+    gain_pct: Number
     """By how much the depth error shrinks with this pose and those before it in the list."""
 
 
@@ -197,7 +187,7 @@ class Calibration:
     """Of the models that were compared; one if the model was given."""
     depth_error: tuple[DepthError, ...]
     """At 0.5, 1, 2 and 3 m; none where a fixed geometry came without covariance."""
-    error_scale: float
+    error_scale: Number
     """Errors of one picture have something in common: its pull varies so many times as much as
     that of independent errors. Already in the covariance; above 3 the model misses something."""
     verdict: Verdict
@@ -214,7 +204,7 @@ class Calibration:
 
     def to_json(self) -> str:
         """Write everything as JSON; floats come back to the bit."""
-        return json.dumps({"version": VERSION, "calibration": encode(self)})
+        return json.dumps({"version": VERSION, "calibration": _JSON.to_json(self)})
 
     @classmethod
     def from_json(cls, text: str) -> "Calibration":
@@ -235,4 +225,9 @@ class Calibration:
                 f"calibration of version {VERSION} asked for, found version {version}",
                 advice="calibrate again, or read it with the version of rig that wrote it",
             )
-        return decode(cls, data["calibration"], "calibration")
+        return _JSON.from_json(data["calibration"])
+
+
+_JSON = Codec(
+    Calibration, name="calibration", error=ConfigError, advice="calibrate again", finite=False
+)

@@ -1,15 +1,15 @@
 """Pictures of a calibration on disk: there as they were taken, also after a crash."""
 
+import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from rig.calibrate.album import SOLVED, Album
 from rig.calibrate.pictures import Picture
 from rig.errors import ConfigError, StoreError
 from rig.profile.load import load_profile
-from tests.support.multiviews import noisy_multiview
+from tests.support.multiviews import noisy_multiview, same_multiview, ten_bit_multiview
 
 
 def test_pictures_come_back_as_they_were_taken(tmp_path: Path):
@@ -20,7 +20,27 @@ def test_pictures_come_back_as_they_were_taken(tmp_path: Path):
     back = list(Album.unfinished(tmp_path, load_profile("sim")).pictures())
     assert [(p.number, p.stage_mm) for p in back] == [(0, None), (1, 100.0), (2, 200.0)]
     for one, other in zip(taken, back, strict=True):
-        assert np.array_equal(one.multiview.stack(), other.multiview.stack())
+        assert same_multiview(one.multiview, other.multiview)
+
+
+def test_bits_and_doubtful_times_come_back(tmp_path: Path):
+    album = Album.new(tmp_path, load_profile("sim"))
+    album.keep(Picture(0, ten_bit_multiview()))
+    (back,) = album.pictures()
+    assert same_multiview(back.multiview, ten_bit_multiview())
+    assert back.multiview.frames[0].full_scale == 1023
+
+
+def test_pictures_of_an_older_album_have_all_bits_and_no_doubt(tmp_path: Path):
+    album = Album.new(tmp_path, load_profile("sim"))
+    album.keep(Picture(0, noisy_multiview(seed=0)))
+    file = album.folder / "pictures.jsonl"
+    line = json.loads(file.read_text())
+    for frame in line["frames"]:
+        del frame["bits"], frame["uncertainty_s"]
+    file.write_text(json.dumps(line) + "\n")
+    (back,) = album.pictures()
+    assert same_multiview(back.multiview, noisy_multiview(seed=0))
 
 
 def test_a_line_cut_off_by_a_crash_costs_its_picture_only(tmp_path: Path):

@@ -9,7 +9,7 @@ import pytest
 
 from rig.database import Sample, Store, open_store
 from rig.errors import StoreError
-from tests.support.multiviews import VIEWS, noisy_multiview, same_multiview
+from tests.support.multiviews import VIEWS, noisy_multiview, same_multiview, ten_bit_multiview
 from tests.support.stores import new_sweep, sqlite_url
 
 
@@ -38,6 +38,17 @@ def test_frames_are_plain_lossless_png(store: Store, dtype: type[np.uint8 | np.u
         assert seen is not None
         assert seen.dtype == dtype
         assert np.array_equal(seen, frame.image)
+
+
+def test_bits_and_doubtful_times_come_back(store: Store) -> None:
+    sample = store.add_sample(
+        new_sweep(store), stop=0, number=0, reached_mm=1.0, multiview=ten_bit_multiview()
+    )
+    (stored,) = store.samples(sample.sweep_id)
+    back = store.load(stored)
+    assert same_multiview(back, ten_bit_multiview())
+    assert back.frames[0].full_scale == 1023
+    assert back.frames[0].began_s == ten_bit_multiview().frames[0].began_s
 
 
 def test_folders_tell_a_person_what_is_in_them(store: Store, tmp_path: Path) -> None:

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from rig.database.location import locate, user_data_dir
+from rig.database.location import locate
 from rig.errors import StoreError
+from rig.places import user_data_dir
 
 
 def test_by_default_everything_is_in_the_users_data(tmp_path: Path) -> None:

@@ -94,6 +94,7 @@ def test_an_old_database_is_upgraded_with_everything_in_it(tmp_path: Path) -> No
         assert (sweep.note, sweep.state, sweep.calibration_id) == ("old", "interrupted", None)
         (sample,) = store.samples(7)
         assert (sample.reached_mm, sample.frames[0].sequence) == (400.25, 9)
+        assert (sample.frames[0].bits, sample.frames[0].uncertainty_s) == (None, 0.0)
         assert store.measurements(7)[0, 0].slope_px == 1.5
         curve = store.active_curve("bench")
         assert (curve.id, curve.curve, curve.calibration_id) == (2, {"model": "x"}, None)
@@ -197,7 +198,7 @@ def test_a_newer_database_is_left_as_it_is(tmp_path: Path) -> None:
     connection.close()
     before = contents(tmp_path)
     with pytest.raises(
-        StoreError, match=r"schema rig_0099, this rig knows up to rig_0002; upgrade rig"
+        StoreError, match=r"schema rig_0099, this rig knows up to rig_0003; upgrade rig"
     ) as refused:
         open_store(sqlite_url(tmp_path))
     assert "\n" not in str(refused.value)

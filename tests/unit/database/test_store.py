@@ -10,8 +10,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rig.database import Failure, Measurement, Store, open_store, software_versions
+from rig.database import Store, open_store, software_versions
 from rig.errors import StoreError
+from rig.geometry.epipolar_error import EpipolarError
+from rig.measurement import Failure, Measurement
 from tests.support.multiviews import noisy_multiview, same_multiview
 from tests.support.stores import STOPS, new_sweep, sqlite_url
 
@@ -157,6 +159,7 @@ def test_samples_and_slopes_are_stored_from_two_threads(store: Store) -> None:
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 maybe = st.none() | finite
+points = st.lists(st.tuples(finite, finite), min_size=1).map(tuple)
 
 
 @pytest.fixture(scope="module")
@@ -176,7 +179,14 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Store]:
         corner_slope_px=maybe,
         dense_sigma_px=maybe,
         failure=st.none() | st.builds(Failure, reason=st.just("blur"), message=st.just("too soft")),
-        details=st.dictionaries(st.text(alphabet="abc é\"'"), finite | st.lists(finite)),
+        plane_sigma=st.none() | st.tuples(finite, finite, finite),
+        corners_px=st.none() | st.lists(points, min_size=1).map(tuple),
+        outline_px=st.none() | points,
+        epipolar=st.none() | st.builds(EpipolarError, finite, finite, finite),
+        track_residual_px=maybe,
+        residual_levels=maybe,
+        edge_pixels=st.none() | st.integers(0, 2**40),
+        views=st.lists(st.text(alphabet="abc é\"'")).map(tuple),
     )
 )
 @settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.too_slow])
@@ -193,7 +203,7 @@ def test_a_new_measurement_replaces_the_whole_old_one(store: Store) -> None:
     add(store, sweep_id, 2, 0)
     kept = Measurement(slope_px=-7.25, sigma_px=0.003)
     store.save_measurements(
-        sweep_id, {(0, 0): Measurement(slope_px=5.0, details={"pixels": 9}), (2, 0): kept}
+        sweep_id, {(0, 0): Measurement(slope_px=5.0, edge_pixels=9), (2, 0): kept}
     )
     failed = Measurement(failure=Failure("glare", "board over-exposed in view left"))
     store.save_measurements(sweep_id, {(0, 0): failed})
@@ -216,6 +226,10 @@ def test_unknown_numbers_are_none_not_nan(number: float) -> None:
         Measurement(slope_px=number)
     with pytest.raises(ValueError, match="plane"):
         replace(Measurement(), plane=(0.0, number, 0.0))
+    with pytest.raises(ValueError, match="corners_px"):
+        Measurement(corners_px=(((0.0, 0.0), (number, 0.0)),))
+    with pytest.raises(ValueError, match="epipolar"):
+        Measurement(epipolar=EpipolarError(0.0, number, 0.0))
 
 
 def test_the_newest_active_curve_of_the_rig_is_taken(store: Store) -> None:

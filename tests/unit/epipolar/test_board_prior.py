@@ -9,6 +9,7 @@ from rig.epipolar.board.dense import dense_board_slope, plane_prior
 from rig.epipolar.board.slope import BoardSlope
 from rig.epipolar.views import SlopeMap
 from rig.errors import SlopeError
+from rig.geometry.epipolar_error import EpipolarError
 
 SHAPE = (120, 160)
 OUTLINE = np.array([[30.0, 20.0], [130.0, 25.0], [125.0, 100.0], [35.0, 95.0]])
@@ -25,7 +26,7 @@ BOARD = BoardSlope(
     edge_pixels=4000,
     side_px=10.0,
     period_px=14.0,
-    epipolar_px=(0.0, 0.0, 0.0),
+    epipolar=EpipolarError(0.0, 0.0, 0.0),
     corners_px=np.zeros((6, 9, 2)),
     outline_px=OUTLINE,
     views=(0, 1, 2),

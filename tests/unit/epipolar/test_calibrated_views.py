@@ -38,8 +38,8 @@ def test_the_cameras_alone_tell_the_depth_of_the_board(
     assert float(depth_mm) == pytest.approx(truth_mm, rel=1e-4)
     # What is left beside the lines is the corners' own noise.
     assert found.track_residual_px < 0.02
-    mean_px, p95_px, largest_px = found.epipolar_px
-    assert mean_px < p95_px < largest_px < 0.1
+    error = found.epipolar
+    assert error.mean_px < error.p95_px < error.max_px < 0.1
     assert found.corners_px.shape == (6, 9, 2)
 
 

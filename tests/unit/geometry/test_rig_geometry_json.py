@@ -57,18 +57,21 @@ def test_a_geometry_comes_back_to_the_last_bit(bare: bool) -> None:
     ("change", "message"),
     [
         ({"version": 2}, "version 2, this program reads 1"),
-        ({"extra": 1}, "has the fields .*'extra'"),
-        ({"names": "centre"}, "geometry of 6 views with 2 cameras"),
-        ({"names": [1, 2]}, "1 is not a text"),
-        ({"reference": 0.0}, "0.0 is not a whole number"),
+        ({"extra": 1}, "extra is unknown; calibrate again"),
+        ({"names": "centre"}, "names: a list wanted, found 'centre'"),
+        ({"names": ["centre"]}, "geometry of 1 views with 2 cameras"),
+        ({"names": [1, 2]}, r"names\[0\]: a text wanted, found 1, "),
+        ({"reference": 0.0}, "reference: a whole number wanted, found 0.0"),
         ({"reference": 2}, "reference view 2 asked for, views are 0..1"),
-        ({"cameras": [{}]}, "stored camera has the fields"),
-        ({"poses": None}, "ill-formed"),
+        ({"cameras": [{}]}, r"cameras\[0\].width_px is missing, .* and 3 more"),
+        ({"poses": None}, "poses: a list wanted, found None"),
         ({"covariance": [[1.0]]}, r"covariance \(1, 1\) given for 23 parameters"),
-        ({"covariance": [1.0]}, r"array of shape \(1,\)"),
+        ({"covariance": [1.0]}, r"covariance \(1,\) given for 23 parameters"),
+        ({"covariance": [["1.0"]]}, r"covariance: lists of numbers wanted, found \[\['1.0'\]\]"),
+        ({"covariance": [[float("nan")]]}, "covariance: lists of numbers, finite ones wanted"),
         (
             {"stage": {"axis": [0, 0], "scale": 1, "zero_mm": 0, "covariance": [[1]]}},
-            "stored stage",
+            r"stage: stage with an axis of shape \(2,\)",
         ),
     ],
 )
@@ -80,11 +83,14 @@ def test_what_is_no_geometry_is_refused(change: dict[str, Any], message: str) ->
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"lens": "mirror"}, "lens model 'mirror'; known are none, brown5"),
+        (
+            {"lens": "mirror"},
+            "lens: 'none', 'brown5', 'brown8' or 'fisheye' wanted, found 'mirror'",
+        ),
         ({"fx_px": -1.0}, "must be positive"),
-        ({"fx_px": "610"}, "'610' is not a finite number"),
-        ({"fx_px": True}, "True is not a finite number"),
-        ({"cx_px": float("inf")}, "inf is not a finite number"),
+        ({"fx_px": "610"}, "fx_px: a finite number wanted, found '610'"),
+        ({"fx_px": True}, "fx_px: a finite number wanted, found True"),
+        ({"cx_px": float("inf")}, "cx_px: a finite number wanted, found inf"),
         ({"coefficients": [0.0]}, "brown5 with 1 coefficients"),
     ],
 )

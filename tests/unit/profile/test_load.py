@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rig.errors import ConfigError
+from rig.places import profile_files
 from rig.profile import Profile
-from rig.profile.load import find_profile, load_profile, parse_profile, profile_files
+from rig.profile.load import find_profile, load_profile, parse_profile
 
 
 @pytest.mark.parametrize("path", list(profile_files()), ids=lambda path: path.stem)

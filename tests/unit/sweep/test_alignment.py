@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rig.curve import CurvePoint
+from rig.geometry.epipolar_error import EpipolarError
 from rig.optics.rectifier import Rectifier
 from rig.plan import Stop
 from rig.profile.load import load_profile
@@ -50,7 +51,7 @@ def stops(
                 dense_slope_px=None,
                 track_residual_px=0.01,
                 motion_px=0.01,
-                epipolar_px=(0.01, 0.02, 0.05),
+                epipolar=EpipolarError(0.01, 0.02, 0.05),
                 centre_px=(float(centre_px[0]), float(centre_px[1])),
                 tilt=(float(tilt[0]), float(tilt[1])),
                 tilt_sigma=(2e-6, 2e-6),

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from rig.database import Failure, Measurement, Sample, SampleKey
+from rig.measurement import Failure, Measurement
 from rig.optics.rectifier import Rectifier
 from rig.plan import Stop
 from rig.profile.load import load_profile
+from rig.records import Sample, SampleKey
 from rig.sweep.points import stop_results
 
 RECTIFIER = Rectifier(load_profile("sim"))
@@ -26,7 +27,7 @@ def measured(slope_px: float, shift_px: float = 0.0) -> Measurement:
         sigma_px=0.002,
         corner_slope_px=slope_px + 0.01,
         dense_slope_px=slope_px - 0.02,
-        details={"corners_px": [[[10.0 + shift_px, 5.0], [20.0 + shift_px, 5.0]]]},
+        corners_px=(((10.0 + shift_px, 5.0), (20.0 + shift_px, 5.0)),),
     )
 
 
@@ -63,6 +64,7 @@ def test_a_single_sample_takes_its_own_sigma():
         (None, "not measured yet"),
         (Measurement(failure=Failure("blurred", "too blurred")), "too blurred"),
         (measured(4.0, shift_px=0.2), "moved 0.200 px"),
+        (dataclasses.replace(measured(4.0), corners_px=None), "its corners are not stored"),
     ],
 )
 def test_a_stop_that_cannot_be_trusted_gives_no_point(second: Measurement | None, says: str):

@@ -1,0 +1,73 @@
+"""A pytest plug-in that notes which test runs which line, and how long each test takes.
+
+Not the plug-in of coverage itself: it must be known whether a line ran in a test or in the set-up
+of a fixture, which belongs to every test of the file.
+"""
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import coverage
+import pytest
+
+FOLDER = "RIG_MUTANTS_RECORD"
+"""The variable that names the folder for what is recorded."""
+SETUP = "|setup"
+"""Stands behind the name of a test whose set-up ran the line."""
+
+
+class Recorder:
+    """Switches the context of the coverage run with every phase of every test."""
+
+    def __init__(self, folder: Path, worker: str) -> None:
+        self._durations_s: dict[str, float] = {}
+        self._folder = folder
+        self._worker = worker
+        self._coverage = coverage.Coverage(
+            data_file=str(folder / "lines"),
+            data_suffix=worker,
+            source=["rig", "rig_drivers", "rig_sim"],
+            config_file=False,
+        )
+
+    def pytest_sessionstart(self) -> None:
+        """Begin to record."""
+        self._coverage.start()
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_setup(self, item: pytest.Item) -> Iterator[None]:
+        """What a fixture runs is noted apart from what the test runs."""
+        self._coverage.switch_context(plain(item.nodeid) + SETUP)
+        return (yield)
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
+        """See above."""
+        self._coverage.switch_context(plain(item.nodeid))
+        return (yield)
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Add up the phases of a test."""
+        name = plain(report.nodeid)
+        self._durations_s[name] = self._durations_s.get(name, 0.0) + report.duration
+
+    def pytest_sessionfinish(self) -> None:
+        """Write both."""
+        self._coverage.stop()
+        self._coverage.save()
+        file = self._folder / f"durations.{self._worker}.json"
+        file.write_text(json.dumps(self._durations_s))
+
+
+def plain(nodeid: str) -> str:
+    """Return a test's name without the group that pytest-xdist puts behind it."""
+    return nodeid.partition("@")[0]
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Record in every process that runs tests, not in the one that deals them out."""
+    worker = os.environ.get("PYTEST_XDIST_WORKER")
+    if worker or not config.getoption("numprocesses", default=None):
+        config.pluginmanager.register(Recorder(Path(os.environ[FOLDER]), worker or "alone"))
