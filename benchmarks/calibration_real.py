@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from rig.arrays import Float
 from rig.calibrate.frames import stored_pictures
 from rig.calibrate.pictures import recorded_pictures
-from rig.calibrate.sight import Sighted, all_sightings, sight
+from rig.calibrate.sight import PictureSightings, all_sightings, sight
 from rig.errors import CalibrationError
 from rig.geometry.bundle import calibrate
 from rig.geometry.camera_model import CameraModel
@@ -46,7 +46,7 @@ class Pictures:
     names: tuple[str, ...]
     points_mm: Float
     sizes_px: tuple[tuple[int, int], ...]
-    sighted: list[Sighted]
+    sighted: list[PictureSightings]
 
 
 def read(name: str) -> Pictures:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from rig.calibrate.pictures import Picture
-from rig.calibrate.sight import Sighted, Tally, sight
+from rig.calibrate.sight import PictureSightings, Tally, sight
 from rig.calibrate.solve import SolveChoices, solve
 from rig.errors import TargetError
 from rig.geometry.bundle import Calibration
@@ -17,7 +17,7 @@ class Collection:
 
     profile: Profile
     target: Target
-    sighted: list[Sighted] = field(default_factory=list[Sighted])
+    sighted: list[PictureSightings] = field(default_factory=list[PictureSightings])
     """Of the pictures that show the target."""
     tally: Tally = field(init=False)
     devices: dict[str, object] = field(default_factory=dict[str, object])
@@ -38,7 +38,7 @@ class Collection:
         """Pictures of a target that no stage carried."""
         return sum(one.stage_mm is None for one in self.sighted)
 
-    def add(self, picture: Picture, sighted: Sighted | None = None) -> None:
+    def add(self, picture: Picture, sighted: PictureSightings | None = None) -> None:
         """Count a picture.
 
         Args:

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.arrays import Float
-from rig.calibrate.sight import Sighted, all_sightings
-from rig.geometry.bundle.start_cameras import Seen, board_pose, guess_camera
+from rig.calibrate.sight import PictureSightings, all_sightings
+from rig.geometry.bundle.start_cameras import BoardPoints, board_pose, guess_camera
 from rig.targets import Target
 
 COLUMNS, ROWS = 5, 4
@@ -52,7 +52,7 @@ class Coverage:
         )
 
 
-def coverage_of(sighted: Sequence[Sighted], target: Target, view_count: int) -> Coverage:
+def coverage_of(sighted: Sequence[PictureSightings], target: Target, view_count: int) -> Coverage:
     """Count what the pictures cover."""
     cells = np.zeros((view_count, ROWS, COLUMNS), np.intp)
     shared = np.zeros((view_count, view_count), np.intp)
@@ -69,11 +69,13 @@ def coverage_of(sighted: Sequence[Sighted], target: Target, view_count: int) -> 
 
 
 def _poses(
-    sighted: Sequence[Sighted], target: Target, shared: NDArray[np.intp]
+    sighted: Sequence[PictureSightings], target: Target, shared: NDArray[np.intp]
 ) -> tuple[Float, Float]:
     view = int(np.diag(shared).argmax())
     points_mm = target.points_mm.reshape(-1, 3)
-    boards = [Seen(points_mm[s.ids, :2], s.xy_px) for s in all_sightings(sighted) if s.view == view]
+    boards = [
+        BoardPoints(points_mm[s.ids, :2], s.xy_px) for s in all_sightings(sighted) if s.view == view
+    ]
     if not boards:
         return np.empty((0, 2)), np.empty(0)
     camera = guess_camera(boards, sighted[0].sizes_px[view], "none").camera

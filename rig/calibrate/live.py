@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager, nullcontext
 import numpy as np
 
 from rig.calibrate.pictures import Picture
-from rig.calibrate.sight import Sighted, sight
+from rig.calibrate.sight import PictureSightings, sight
 from rig.devices import Camera, Clock
 from rig.geometry.sighting import Sighting
 from rig.progress import Progress
@@ -24,14 +24,14 @@ def held_pictures(
     camera: Camera,
     clock: Clock,
     target: Target,
-    kept: Sequence[Sighted],
+    kept: Sequence[PictureSightings],
     *,
     first: int,
     timeout_s: float,
     patience_s: float,
     progress: Progress,
     held: Callable[[], AbstractContextManager[None]] = nullcontext,
-) -> Generator[tuple[Picture, Sighted]]:
+) -> Generator[tuple[Picture, PictureSightings]]:
     """Yield pictures in which a target rests where it has not been yet.
 
     Views of one picture may be exposed a little apart; a target at rest does not mind.
@@ -48,7 +48,7 @@ def held_pictures(
         held: context in which an interrupt waits until the picture is stored.
     """
     taken = list(kept)
-    before: Sighted | None = None
+    before: PictureSightings | None = None
     number, since_s = first, clock.now_s()
     while clock.now_s() - since_s < patience_s:
         with held():
@@ -65,12 +65,12 @@ def held_pictures(
         clock.sleep_s(_PAUSE_S)
 
 
-def motion_px(first: Sighted, last: Sighted) -> float:
+def motion_px(first: PictureSightings, last: PictureSightings) -> float:
     """Largest rms motion of the corners that a view shows in both pictures; infinite for none."""
     return max(_motions_px(first, last), default=float("inf"))
 
 
-def _is_new(now: Sighted, taken: Sequence[Sighted]) -> bool:
+def _is_new(now: PictureSightings, taken: Sequence[PictureSightings]) -> bool:
     wanted_px = _NEW_SHARE * now.sizes_px[0][0]
     return all(
         max(_motions_px(now, one), default=float("inf")) > wanted_px
@@ -79,7 +79,7 @@ def _is_new(now: Sighted, taken: Sequence[Sighted]) -> bool:
     )
 
 
-def _motions_px(first: Sighted, last: Sighted) -> list[float]:
+def _motions_px(first: PictureSightings, last: PictureSightings) -> list[float]:
     others = {sighting.view: sighting for sighting in last.sightings}
     pairs = [(s, others[s.view]) for s in first.sightings if s.view in others]
     return [motion for motion in (_motion_px(*pair) for pair in pairs) if motion is not None]

@@ -12,29 +12,29 @@ from rig.targets import Detection, Target, find_target
 
 
 @dataclass(frozen=True, slots=True)
-class Sighted:
+class PictureSightings:
     """What one picture shows of the target; the picture itself is let go."""
 
     number: int
     stage_mm: float | None
     sizes_px: tuple[tuple[int, int], ...]
     """(width, height) of each view."""
-    found: tuple[Detection | TargetError, ...]
+    by_view: tuple[Detection | TargetError, ...]
     """Per view: the corners, or why there are none."""
 
     @property
     def sightings(self) -> tuple[Sighting, ...]:
         """Of the views that show it."""
         return tuple(
-            Sighting(self.number, view, seen.ids, seen.xy_px, seen.sigma_px)
-            for view, seen in enumerate(self.found)
-            if isinstance(seen, Detection)
+            Sighting(self.number, view, points.ids, points.xy_px, points.sigma_px)
+            for view, points in enumerate(self.by_view)
+            if isinstance(points, Detection)
         )
 
     @property
     def views(self) -> tuple[int, ...]:
         """Views that show it."""
-        return tuple(v for v, seen in enumerate(self.found) if isinstance(seen, Detection))
+        return tuple(v for v, points in enumerate(self.by_view) if isinstance(points, Detection))
 
 
 @dataclass(slots=True)
@@ -52,21 +52,21 @@ class Tally:
         self.found = [0] * len(self.names)
         self.reasons = [Counter() for _ in self.names]
 
-    def add(self, sighted: Sighted) -> None:
+    def add(self, sighted: PictureSightings) -> None:
         """Count one picture."""
         self.pictures += 1
-        for view, seen in enumerate(sighted.found):
-            if isinstance(seen, TargetError):
-                self.reasons[view][seen.reason] += 1
-                self.last = seen
+        for view, answer in enumerate(sighted.by_view):
+            if isinstance(answer, TargetError):
+                self.reasons[view][answer.reason] += 1
+                self.last = answer
             else:
                 self.found[view] += 1
 
 
-def sight(picture: Picture, target: Target) -> Sighted:
+def sight(picture: Picture, target: Target) -> PictureSightings:
     """Look for the target in all views of a picture."""
     frames = picture.multiview.frames
-    return Sighted(
+    return PictureSightings(
         picture.number,
         picture.stage_mm,
         tuple((frame.image.shape[1], frame.image.shape[0]) for frame in frames),
@@ -81,6 +81,6 @@ def _look(frame: Frame, target: Target) -> Detection | TargetError:
         return error
 
 
-def all_sightings(sighted: Sequence[Sighted]) -> list[Sighting]:
+def all_sightings(sighted: Sequence[PictureSightings]) -> list[Sighting]:
     """Return the sightings of many pictures."""
     return [sighting for one in sighted for sighting in one.sightings]

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from rig.calibrate.sight import Sighted, all_sightings
+from rig.calibrate.sight import PictureSightings, all_sightings
 from rig.errors import CalibrationError
 from rig.geometry.bundle import Calibration, calibrate
 from rig.geometry.bundle.calibrate import Fixed
@@ -29,7 +29,7 @@ class SolveChoices:
 
 
 def solve(
-    profile: Profile, target: Target, sighted: Sequence[Sighted], choices: SolveChoices
+    profile: Profile, target: Target, sighted: Sequence[PictureSightings], choices: SolveChoices
 ) -> Calibration:
     """Solve cameras, their places, the target and the stage from all pictures.
 

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from rig.check.stage import Arrival
-from rig.check.stills import Sighting, see_board
-from rig.check.timing import Streamed, streamed
+from rig.check.stills import CornersOrReason, search_board
+from rig.check.timing import Stream, stream_of
 from rig.devices import Camera, Clock, Stage
 from rig.epipolar.board.fit import fit_board_slope
 from rig.epipolar.board.slope import BoardSlope
@@ -29,12 +29,12 @@ class Stills:
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
-    """The board at one position of the stage."""
+class BoardAtStop:
+    """The board at one position of the stage, in every view."""
 
     reached_mm: float
     multiview: MultiView
-    sightings: tuple[Sighting, ...]
+    by_view: tuple[CornersOrReason, ...]
     """In the order of the views."""
     slope: BoardSlope | None
 
@@ -57,7 +57,7 @@ class Bench:
         self.clock.sleep_s(self.config.settle_s)
         return reached_mm
 
-    def look(self, position_mm: float) -> Seen:
+    def look(self, position_mm: float) -> BoardAtStop:
         """Move, settle, grab once, and find the board."""
         reached_mm = self.go(position_mm)
         multiview = self.camera.grab(self.profile.camera.timeout_s)
@@ -69,24 +69,24 @@ class Bench:
             from_near = number % 2 == 0
             away_mm = position_mm + (-step_mm if from_near else step_mm)
             self.stage.move_to(away_mm, self.config.move_timeout_s)
-            slope = self.look(position_mm)
+            board = self.look(position_mm)
             yield Arrival(
                 from_near,
-                slope.reached_mm,
-                None if slope.slope is None else slope.slope.slope_px,
-                None if slope.slope is None else slope.slope.sigma_px,
+                board.reached_mm,
+                None if board.slope is None else board.slope.slope_px,
+                None if board.slope is None else board.slope.sigma_px,
             )
 
 
-def see(optics: Optics, board: Target, multiview: MultiView, reached_mm: float) -> Seen:
+def see(optics: Optics, target: Target, multiview: MultiView, reached_mm: float) -> BoardAtStop:
     """Find the board in every view, and its slope."""
-    sightings = tuple(see_board(frame.image, board) for frame in multiview.frames)
+    by_view = tuple(search_board(frame.image, target) for frame in multiview.frames)
     slope: BoardSlope | None
     try:
-        slope = fit_board_slope(optics.board_views(multiview.stack()), sightings)
-    except (TargetError, SlopeError):  # the sightings tell why
+        slope = fit_board_slope(optics.board_views(multiview.stack()), by_view)
+    except (TargetError, SlopeError):  # the views tell why
         slope = None
-    return Seen(reached_mm, multiview, sightings, slope)
+    return BoardAtStop(reached_mm, multiview, by_view, slope)
 
 
 def take_stills(camera: Camera, count: int, timeout_s: float) -> Stills:
@@ -106,7 +106,7 @@ def take_stills(camera: Camera, count: int, timeout_s: float) -> Stills:
     return Stills(tuple(multiviews), failure)
 
 
-def take_stream(camera: Camera, clock: Clock) -> Streamed:
+def take_stream(camera: Camera, clock: Clock) -> Stream:
     """Stream for a moment.
 
     Raises:
@@ -120,4 +120,4 @@ def take_stream(camera: Camera, clock: Clock) -> Streamed:
         if len(multiviews) >= STREAM_FRAMES or clock.now_s() - begun_s > STREAM_S:
             break
     dropped = {reason: count - before.get(reason, 0) for reason, count in camera.dropped.items()}
-    return streamed(multiviews, dropped)
+    return stream_of(multiviews, dropped)

@@ -11,7 +11,7 @@ SURE = 3.0
 """Sigmas within which a difference is chance."""
 
 
-def judge_curve(
+def judge_curve_drift(
     curve: RunCurve | RigError,
     profile: Profile,
     *,

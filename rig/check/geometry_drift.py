@@ -1,9 +1,7 @@
 """Judgement of the geometric calibration: does one picture of the board still fit it?"""
 
-from collections.abc import Callable
-
 from rig.check.items import Item, Status, failed, graded
-from rig.errors import ConfigError, TargetError
+from rig.errors import RigError, TargetError
 from rig.frames import MultiView
 from rig.geometry.drift import Drift, measure_drift
 from rig.geometry.rig_geometry import RigGeometry
@@ -14,52 +12,45 @@ from rig.profile import Profile
 from rig.records import StoredCalibration
 from rig.targets import Target, find_target
 
-GeometryDrift = Callable[[MultiView], Item]
-"""Compares one multi-view of the board with the stored geometric calibration."""
-
 CHANCE = 1e-3
 """Probability below which a misfit is no chance."""
 SMALL_SHARE = 1.0 / 3.0
 """Share of the depth error allowed by the profile below which a misfit does not matter."""
 
 
-def geometry_drift(profile: Profile, stored: StoredCalibration) -> GeometryDrift:
-    """Return what compares a picture of this rig with a stored calibration.
+def judge_geometry_drift(
+    profile: Profile, stored: StoredCalibration | None, multiview: MultiView
+) -> Item:
+    """Compare one picture of the board with the stored geometric calibration of the rig.
 
     Args:
         profile: the rig; its views are in the order of the calibration's.
-        stored: its calibration.
-
-    Raises:
-        ConfigError: the profile has no target, or the calibration cannot be read.
+        stored: its calibration; None where it has none.
+        multiview: of the board, wherever it stands.
     """
+    calibrate = f"rig calibrate {profile.name}"
     if profile.target is None:
-        raise ConfigError(f"profile {profile.name}: has no [target]", advice="add it to the file")
-    target, geometry = target_of(profile.target), geometry_from_json(stored.geometry)
-
-    def compare(multiview: MultiView) -> Item:
+        return Item("geometry", "skip", "the profile has no [target]", "add it to the file")
+    if stored is None:
+        found = "nothing to compare with: this rig has no stored geometric calibration"
+        return Item("geometry", "skip", found, calibrate)
+    try:
+        geometry = geometry_from_json(stored.geometry)
         if geometry.covariance is None:
-            return Item(
-                "geometry",
-                "skip",
-                f"calibration {stored.id} has no covariance: drift and chance look alike",
-                f"rig calibrate {profile.name}",
-            )
-        try:
-            drift = _drift(geometry, target, multiview)
-        except TargetError as error:
-            return failed("geometry", error)
-        return judge_geometry(
-            drift,
-            profile,
-            calibration=f"calibration {stored.id} of {stored.created_at:%Y-%m-%d}",
-            warmer_degc=_difference(multiview.temperature_degc, stored.temperature_degc),
-        )
-
-    return compare
+            found = f"calibration {stored.id} has no covariance: drift and chance look alike"
+            return Item("geometry", "skip", found, calibrate)
+        drift = _drift(geometry, target_of(profile.target), multiview)
+    except RigError as error:  # it cannot be read, or the board is not there
+        return failed("geometry", error)
+    return judge_misfit(
+        drift,
+        profile,
+        calibration=f"calibration {stored.id} of {stored.created_at:%Y-%m-%d}",
+        warmer_degc=_difference(multiview.temperature_degc, stored.temperature_degc),
+    )
 
 
-def judge_geometry(
+def judge_misfit(
     drift: Drift, profile: Profile, *, calibration: str, warmer_degc: float | None
 ) -> Item:
     """Judge a drift by chance, and by the depth error that it stands for.
@@ -105,18 +96,18 @@ def judge_geometry(
 
 
 def _drift(geometry: RigGeometry, target: Target, multiview: MultiView) -> Drift:
-    seen: list[Sighting] = []
+    sightings: list[Sighting] = []
     reason: TargetError | None = None
     for view, frame in enumerate(multiview.frames):
         try:
-            found = find_target(frame.image, target)
+            points = find_target(frame.image, target)
         except TargetError as error:
             reason = error
         else:
-            seen.append(Sighting(0, view, found.ids, found.xy_px, found.sigma_px))
-    if len(seen) < 2 and reason is not None:
+            sightings.append(Sighting(0, view, points.ids, points.xy_px, points.sigma_px))
+    if len(sightings) < 2 and reason is not None:
         raise reason
-    return measure_drift(geometry, target.points_mm.reshape(-1, 3), seen)
+    return measure_drift(geometry, target.points_mm.reshape(-1, 3), sightings)
 
 
 def _difference(now: float | None, then: float | None) -> float | None:

@@ -7,7 +7,7 @@ from functools import partial
 
 from rig.check.items import Item, Status, graded, worst
 from rig.check.photon_transfer import PhotonTransfer
-from rig.check.stills import Sighting, ViewStills
+from rig.check.stills import CornersOrReason, ViewStills
 from rig.errors import TargetError, every_advice
 from rig.profile import NoiseConfig
 from rig.targets.corners import Corners
@@ -32,18 +32,18 @@ OTHER_NOISE = 1.25
 """Noise of the board's white over what the profile tells, either way."""
 
 
-def judge_board(sightings: Sequence[tuple[str, Sighting]], where: str) -> Item:
+def judge_board(boards: Sequence[tuple[str, CornersOrReason]], where: str) -> Item:
     """Say which views see the board, and why the others do not."""
-    missing = [(view, s) for view, s in sightings if not isinstance(s, Corners)]
+    missing = [(view, board) for view, board in boards if not isinstance(board, Corners)]
     if not missing:
-        return Item("board", "pass", f"found in all {len(sightings)} views {where}")
+        return Item("board", "pass", f"found in all {len(boards)} views {where}")
     by_reason: dict[str, list[str]] = {}
     for view, reason in missing:
         by_reason.setdefault(reason.found, []).append(view)
     return Item(
         "board",
         "fail",
-        f"not found in {len(missing)} of {len(sightings)} views {where}: "
+        f"not found in {len(missing)} of {len(boards)} views {where}: "
         + "; ".join(f"{', '.join(views)}: {text}" for text, views in by_reason.items()),
         every_advice(reason for _, reason in missing),
         {"reason": {view: reason.reason for view, reason in missing}},
@@ -84,20 +84,20 @@ def judge_exposure(views: Sequence[ViewStills]) -> Item:
     found: list[str] = []
     advice: list[str] = []
     for view in views:
-        exposed = view.exposed
-        white, black = (exposed.white / exposed.full_scale, exposed.black / exposed.full_scale)
-        bright = graded(exposed.saturated_share, warn_above=CLIPPED, fail_above=BURNT)
+        exposure = view.exposure
+        white, black = (exposure.white / exposure.full_scale, exposure.black / exposure.full_scale)
+        bright = graded(exposure.saturated_share, warn_above=CLIPPED, fail_above=BURNT)
         dim = graded(-white, warn_above=-DIM, fail_above=-DARK)
-        empty = graded(exposed.empty_share, warn_above=CLIPPED, fail_above=1.0)
+        empty = graded(exposure.empty_share, warn_above=CLIPPED, fail_above=1.0)
         statuses.extend((bright, dim, empty))
         text = f"{view.view} {black:.0%}-{white:.0%}"
         if bright != "pass":
-            text += f" with {exposed.saturated_share:.1%} saturated"
+            text += f" with {exposure.saturated_share:.1%} saturated"
             advice.append(f"{view.view}: shorten the exposure, lower the gain, or dim the light")
         if dim != "pass":
             advice.append(f"{view.view}: lengthen the exposure or add light")
         elif empty != "pass":
-            text += f" with {exposed.empty_share:.1%} at zero"
+            text += f" with {exposure.empty_share:.1%} at zero"
             advice.append(f"{view.view}: raise the black level, or add light to the dark squares")
         found.append(text)
     return Item(
@@ -105,28 +105,28 @@ def judge_exposure(views: Sequence[ViewStills]) -> Item:
         worst(statuses),
         f"black to white, of full scale: {', '.join(found)}",
         "; ".join(advice),
-        {"saturated_share": {v.view: v.exposed.saturated_share for v in views}},
+        {"saturated_share": {v.view: v.exposure.saturated_share for v in views}},
     )
 
 
-def judge_noise(views: Sequence[ViewStills], told: NoiseConfig | None) -> Item:
+def judge_noise(views: Sequence[ViewStills], by_profile: NoiseConfig | None) -> Item:
     """Judge the noise on the board, whether it is that of light, and what the profile tells of it.
 
     Args:
         views: repeated pictures of each.
-        told: `camera.noise` of the profile.
+        by_profile: `camera.noise` of the profile.
     """
     statuses: list[Status] = []
     found: list[str] = []
     advice: list[str] = []
     for view in views:
-        noise, exposed = view.noise, view.exposed
+        noise, exposure = view.noise, view.exposure
         if noise is None:
             found.append(f"{view.view}: no even areas of different brightness to tell it from")
             statuses.append("warn")
             continue
-        sigma = noise.sigma_levels(exposed.white)
-        contrast = max(exposed.white - exposed.black, 1e-9)
+        sigma = noise.sigma_levels(exposure.white)
+        contrast = max(exposure.white - exposure.black, 1e-9)
         statuses.append(graded(sigma / contrast, warn_above=NOISY, fail_above=DROWNED))
         text = f"{view.view} {sigma:.1f} levels on white"
         if _is_light(noise):
@@ -152,10 +152,10 @@ def judge_noise(views: Sequence[ViewStills], told: NoiseConfig | None) -> Item:
             f"camera.noise = {{ read_noise_levels = {measured.read_noise_levels:.2f}, "
             f"electrons_per_level = {measured.electrons_per_level:.3g} }}"
         )
-        white = statistics.median(view.exposed.white for view in views)
-        if told is None:
+        white = statistics.median(view.exposure.white for view in views)
+        if by_profile is None:
             found.append(f"for the profile: {line}")
-        elif _differs(told, measured, white):
+        elif _differs(by_profile, measured, white):
             statuses.append("warn")
             advice.append(f"the profile tells another noise; where gain is as it should be: {line}")
     numbers = {
@@ -182,10 +182,10 @@ def _of_all(views: Sequence[ViewStills]) -> PhotonTransfer | None:
     )
 
 
-def _differs(told: NoiseConfig, noise: PhotonTransfer, white: float) -> bool:
+def _differs(by_profile: NoiseConfig, noise: PhotonTransfer, white: float) -> bool:
     """Whether a profile tells another noise of a white pixel than was measured."""
-    by_profile = PhotonTransfer(told.electrons_per_level, told.read_noise_levels, 1.0)
-    ratio = noise.sigma_levels(white) / by_profile.sigma_levels(white)
+    stated = PhotonTransfer(by_profile.electrons_per_level, by_profile.read_noise_levels, 1.0)
+    ratio = noise.sigma_levels(white) / stated.sigma_levels(white)
     return not 1.0 / OTHER_NOISE <= ratio <= OTHER_NOISE
 
 
@@ -194,11 +194,11 @@ def judge_likeness(views: Sequence[ViewStills]) -> Item:
     seeing = [v for v in views if isinstance(v.board, Corners)]
     if len(seeing) < 2:
         return _without_board("likeness")
-    contrast = {v.view: v.exposed.white - v.exposed.black for v in seeing}
+    contrast = {v.view: v.exposure.white - v.exposure.black for v in seeing}
     median = statistics.median(contrast.values())
-    full_scale = seeing[0].exposed.full_scale
+    full_scale = seeing[0].exposure.full_scale
     gains = {view: value / median for view, value in contrast.items()}
-    offsets = {v.view: (v.exposed.black - seeing[0].exposed.black) / full_scale for v in seeing}
+    offsets = {v.view: (v.exposure.black - seeing[0].exposure.black) / full_scale for v in seeing}
     grade = partial(graded, warn_above=UNEQUAL_CONTRAST, fail_above=UNLIKE_CONTRAST)
     odd = [view for view, gain in gains.items() if grade(max(gain, 1.0 / gain)) != "pass"]
     return Item(
@@ -211,8 +211,8 @@ def judge_likeness(views: Sequence[ViewStills]) -> Item:
     )
 
 
-def _is_blurred(sighting: Sighting) -> bool:
-    return isinstance(sighting, TargetError) and sighting.reason == "blurred"
+def _is_blurred(board: CornersOrReason) -> bool:
+    return isinstance(board, TargetError) and board.reason == "blurred"
 
 
 def _without_board(name: str) -> Item:

@@ -4,7 +4,7 @@ Along the stage's travel every point of the board runs on a straight line throug
 image is linear in the inverse of the distance: two pictures tell all others.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,14 +18,6 @@ BORDER_PX = 4.0
 SMALL = 1.3
 """Squares up to so many times the least size are small: noise moves their corners."""
 _PLACES = 400
-
-
-@dataclass(frozen=True, slots=True)
-class Sighted:
-    """The board in one view at one distance."""
-
-    distance_mm: float
-    corners: Corners
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +35,7 @@ class Reach:
 
 def predict_reach(
     view: str,
-    seen: Sequence[Sighted],
+    corners_at_mm: Mapping[float, Corners],
     *,
     plan_mm: tuple[float, float],
     size_px: tuple[int, int],
@@ -55,24 +47,24 @@ def predict_reach(
 
     Args:
         view: its name.
-        seen: the board at one distance or more.
+        corners_at_mm: of the board in that view, by its distance; one or more.
         plan_mm: nearest and farthest distance of the plan.
         size_px: width and height of the picture.
     """
-    inverse = np.array([1.0 / sighted.distance_mm for sighted in seen])
-    corners_px = np.stack([sighted.corners.xy_px.reshape(-1) for sighted in seen])
-    if len(set(inverse.tolist())) > 1:
+    inverse = np.array([1.0 / distance_mm for distance_mm in corners_at_mm])
+    corners_px = np.stack([corners.xy_px.reshape(-1) for corners in corners_at_mm.values()])
+    if len(inverse) > 1:
         design = np.stack([np.ones_like(inverse), inverse], axis=-1)
         start, rise = np.linalg.lstsq(design, corners_px, rcond=None)[0]
     else:
         start = np.tile((np.array(size_px) - 1) / 2.0, corners_px.shape[1] // 2)
-        rise = (corners_px[0] - start) * seen[0].distance_mm
+        rise = (corners_px[0] - start) / inverse[0]
     near_mm, far_mm = plan_mm
     places_mm = 1.0 / np.linspace(1.0 / near_mm, 1.0 / far_mm, _PLACES)
     xy_px = (start + rise / places_mm[:, None]).reshape(_PLACES, -1, 2)
     last = np.array(size_px) - 1.0
     inside = ((xy_px >= BORDER_PX) & (xy_px <= last - BORDER_PX)).all(axis=(1, 2))
-    product = float(np.mean([s.corners.side_px * s.distance_mm for s in seen]))
+    product = float(np.mean([corners.side_px * z_mm for z_mm, corners in corners_at_mm.items()]))
     good = places_mm[inside & (product / places_mm >= MIN_SIDE_PX)]
     return Reach(
         view,

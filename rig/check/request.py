@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from rig.check.geometry_drift import GeometryDrift, geometry_drift
 from rig.check.items import Item, failed
 from rig.check.storage import judge_database
 from rig.database import Store, open_store
@@ -26,8 +25,6 @@ class CheckRequest:
     """Of the database, as for every verb."""
     moves: bool
     """Whether the stage may be moved, where the profile allows it as well."""
-    geometry_drift: GeometryDrift | None = None
-    """Compares a picture with the stored geometric calibration; None where there is none."""
 
     @property
     def profile(self) -> Profile:
@@ -51,7 +48,6 @@ def check_request(profile: Profile, choice: RunChoice, *, moves: bool) -> CheckR
                 judge_database(store),
                 choice.database,
                 moves,
-                _drift(run),
             )
     except StoreError as error:
         if choice.calibration is not None:
@@ -65,9 +61,3 @@ def _curve_or_reason(store: Store, run: Run) -> RunCurve | RigError:
         return find_curve(store, run)
     except RigError as error:
         return error
-
-
-def _drift(run: Run) -> GeometryDrift | None:
-    if run.calibration is None or run.profile.target is None:
-        return None
-    return geometry_drift(run.profile, run.calibration)

@@ -1,10 +1,11 @@
 """One check from devices to items: what is measured, in which order, and what depends on what."""
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Sequence
 
 from rig.check.arrangement import judge_arrangement
 from rig.check.bench import Bench, Stills, see, take_stills, take_stream
-from rig.check.carried_board import judge_drift, judge_over_travel, judge_seen
+from rig.check.carried_board import judge_carried_board, judge_curve, judge_places
+from rig.check.geometry_drift import judge_geometry_drift
 from rig.check.items import Item, failed
 from rig.check.request import CheckRequest, check_request
 from rig.check.scene import judge_scene
@@ -25,8 +26,15 @@ from rig.stored import Run, RunChoice
 
 STILLS = 16
 """Multi-views of the board at rest: the noise of each view is then known within 1 %."""
-MOVING = ("settling", "curve", "reach", "repeatability")
+CARRIED = ("settling", "curve", "reach", "repeatability")
 """Items that need the board at a known distance."""
+QUESTIONS = (
+    *("arrangement", "travel", "database", "stage", "camera", "skew", "rate", "drops", "board"),
+    *("focus", "exposure", "locks", "noise", "likeness", "disk", *CARRIED, "geometry"),
+)
+"""Every item that a check answers or skips; `move` comes besides where the stage cannot."""
+_CAUSES = ("camera", "move", "skew", "rate", "reach")
+"""Items whose failure leaves questions without a picture to answer them from."""
 
 
 def check_on_rig(
@@ -52,23 +60,39 @@ def check_on_rig(
 def check_rig(request: CheckRequest, answers: Answers, tell: Tell) -> Generator[Item]:
     """Yield the answer to every question of the pre-flight as soon as it is known.
 
-    Faults of devices become items and never end the check. Whatever ends it early leaves the stage
-    stopped, or tells that it could not be stopped.
+    Faults of devices become items and never end the check; what they leave open comes at the end,
+    as skipped, with the reason. Whatever ends it early leaves the stage stopped, or tells that it
+    could not be stopped.
     """
+    items: list[Item] = []
     try:
-        yield from _on_paper(request)
-        yield from _with_devices(request, answers)
+        for steps in (_on_paper(request), _with_devices(request, answers)):
+            for item in steps:
+                items.append(item)
+                yield item
+        yield from left_open(items)
     except BaseException:
         if not isinstance(answers.stage, RigError | None):
             tell(f"the check ended early, {stopped(answers.stage)}")
         raise
 
 
+def left_open(items: Sequence[Item]) -> Iterator[Item]:
+    """Yield the questions that stayed without an answer, and which failure is to blame."""
+    failures = [item.name for item in items if item.name in _CAUSES and item.status == "fail"]
+    answered = {item.name for item in items}
+    for name in QUESTIONS:
+        if name not in answered:
+            yield Item(name, "skip", f"not reached: {', '.join(failures)} failed, see there")
+
+
 def _on_paper(request: CheckRequest) -> Iterator[Item]:
     """Everything that needs no device."""
     profile = request.profile
     yield judge_arrangement(profile)
-    if profile.stage is not None and profile.sweep is not None:
+    if profile.stage is None or profile.sweep is None:
+        yield Item("travel", "skip", f"the profile has no [{_missing(profile)[0]}]")
+    else:
         yield judge_travel(plan_mm(profile), profile.stage.travel_mm)
     yield request.database
 
@@ -76,6 +100,7 @@ def _on_paper(request: CheckRequest) -> Iterator[Item]:
 def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
     profile, camera, clock = request.profile, answers.camera, answers.clock
     item, stage = _ready_stage(request, answers.stage)
+    why_standing = "the stage was left alone" if item.status != "fail" else "the stage failed"
     yield item
     if isinstance(camera, RigError):
         yield failed("camera", camera)
@@ -87,7 +112,7 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
             reached_mm = bench.go(middle_mm(profile))
         except DeviceError as error:
             yield failed("move", error)
-            bench = None
+            bench, why_standing = None, "the stage does not move as it should"
     count = 1 if profile.camera.is_stored else STILLS
     stills = take_stills(camera, count, profile.camera.timeout_s)
     yield _camera_item(camera, stills)
@@ -95,16 +120,18 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
         yield from _over_time(profile, camera, clock, stills)
     if not stills.multiviews:
         return
-    taken = stills.multiviews
-    yield from judge_scene(profile, camera.identity, taken, at_mm=reached_mm)
-    if profile.sweep is not None:
-        yield judge_room(profile, request.url, taken[0])
-    if bench is not None and reached_mm is not None:
-        middle = see(request.run.optics, bench.board, taken[0], reached_mm)
-        yield from judge_over_travel(bench, middle, request.curve)
+    multiviews = stills.multiviews
+    yield from judge_scene(profile, camera.identity, multiviews, at_mm=reached_mm)
+    if profile.sweep is None:
+        yield Item("disk", "skip", "the profile has no [sweep]")
     else:
-        yield from _standing(request, answers.stage, taken[0])
-    yield _geometry(request, taken[0])
+        yield judge_room(profile, request.url, multiviews[0])
+    if bench is not None and reached_mm is not None:
+        middle = see(request.run.optics, bench.board, multiviews[0], reached_mm)
+        yield from judge_carried_board(bench, middle, request.curve)
+    else:
+        yield from _standing(request, answers.stage, multiviews[0], why_standing)
+    yield judge_geometry_drift(profile, request.run.calibration, multiviews[0])
 
 
 def _ready_stage(
@@ -165,37 +192,32 @@ def _over_time(profile: Profile, camera: Camera, clock: Clock, stills: Stills) -
 
 
 def _standing(
-    request: CheckRequest, stage: Stage | RigError | None, taken: MultiView
+    request: CheckRequest, stage: Stage | RigError | None, multiview: MultiView, why: str
 ) -> Iterator[Item]:
-    """Judge what one picture tells where the board happens to stand."""
+    """Judge what one picture tells where the board happens to stand, and say why it stands."""
     profile = request.profile
     target = profile.target
     if target is None or profile.sweep is None or stage is None or isinstance(stage, RigError):
-        reason = "needs a stage that answers, a [target] and a [sweep]"
-        yield from (Item(name, "skip", reason) for name in MOVING)
+        absent = [f"the profile has no [{section}]" for section in _missing(profile)]
+        reason = ", ".join(absent) or "the stage does not answer, see there"
+        yield from (Item(name, "skip", reason) for name in CARRIED)
         return
-    yield Item("settling", "skip", "the stage was left alone")
+    yield Item("settling", "skip", why)
     try:
         position_mm = stage.position_mm
     except DeviceError as error:
-        yield from (Item(name, "skip", str(error)) for name in MOVING[1:])
+        yield from (Item(name, "skip", error.found, error.advice) for name in CARRIED[1:])
         return
-    board = target_of(target)
-    seen = see(request.run.optics, board, taken, position_mm)
-    yield judge_drift(profile, request.run.optics, seen, request.curve)
-    yield judge_seen(profile, [seen])
-    yield Item("repeatability", "skip", "the stage was left alone")
+    board = see(request.run.optics, target_of(target), multiview, position_mm)
+    yield judge_curve(profile, request.run.optics, board, request.curve)
+    yield judge_places(profile, [board])
+    yield Item("repeatability", "skip", why)
 
 
-def _geometry(request: CheckRequest, taken: MultiView) -> Item:
-    if request.geometry_drift is not None:
-        return request.geometry_drift(taken)
-    return Item(
-        "geometry",
-        "skip",
-        "nothing to compare with: this rig has no stored geometric calibration",
-        f"rig calibrate {request.profile.name}",
-    )
+def _missing(profile: Profile) -> list[str]:
+    """Return the sections without which no board is carried."""
+    sections = {"stage": profile.stage, "sweep": profile.sweep, "target": profile.target}
+    return [name for name, section in sections.items() if section is None]
 
 
 def _identity(device: Camera | Stage) -> str:

@@ -21,7 +21,7 @@ from rig.profile import Profile
 def judge_scene(
     profile: Profile,
     identity: Mapping[str, str],
-    taken: Sequence[MultiView],
+    multiviews: Sequence[MultiView],
     *,
     at_mm: float | None,
 ) -> Iterator[Item]:
@@ -30,13 +30,13 @@ def judge_scene(
     Args:
         profile: the rig.
         identity: what the opened camera says of itself.
-        taken: multi-views of a scene at rest.
+        multiviews: of a scene at rest.
         at_mm: where the stage carried the board before them; None where it was left alone.
     """
     target = profile.target
     board = None if target is None else target_of(target)
     samples = 5 if profile.sweep is None else profile.sweep.samples
-    views = measure_stills(taken, board, samples=samples)
+    views = measure_stills(multiviews, board, samples=samples)
     where = "where it stands" if at_mm is None else f"at {at_mm:.1f} mm"
     if board is None:
         yield Item("board", "skip", "the profile has no [target]")
@@ -45,8 +45,10 @@ def judge_scene(
     yield judge_focus(views)
     yield judge_exposure(views)
     yield judge_locks(profile.camera, identity, views)
-    if len(taken) > 2:
+    if len(multiviews) > 2:
         yield judge_noise(views, profile.camera.noise)
+    else:
+        yield Item("noise", "skip", f"needs 3 pictures of one scene, found {len(multiviews)}")
     yield judge_likeness(views)
     if at_mm is not None and profile.sweep is not None:
         yield judge_settling(

@@ -93,21 +93,21 @@ def judge_travel(plan_mm: tuple[float, float], travel_mm: tuple[float, float]) -
     )
 
 
-def judge_repeatability(found: Repeatability, profile: Profile) -> Item:
+def judge_repeatability(figures: Repeatability, profile: Profile) -> Item:
     """Judge the place of the board against the depth error that the profile allows."""
-    allowed_mm = profile.quality.holdout_rms_pct / 100.0 * found.wanted_mm
-    read = f"{found.arrivals} arrivals at {found.wanted_mm:.1f} mm read back within " + (
-        f"{found.read_back_mm:.3f} mm"
+    allowed_mm = profile.quality.holdout_rms_pct / 100.0 * figures.wanted_mm
+    read = f"{figures.arrivals} arrivals at {figures.wanted_mm:.1f} mm read back within " + (
+        f"{figures.read_back_mm:.3f} mm"
     )
-    if found.spread_mm is None or found.play_mm is None or found.play_sigma_mm is None:
+    if figures.spread_mm is None or figures.play_mm is None or figures.play_sigma_mm is None:
         return Item(
             "repeatability",
             "warn",
             f"{read}; the camera gave no slopes to compare with",
             "see the board item; what a stage reads back does not show a loose board",
         )
-    play_mm = abs(found.play_mm) if abs(found.play_mm) > SURE * found.play_sigma_mm else 0.0
-    loose_mm = math.sqrt(max(0.0, found.spread_mm**2 - (found.resolved_mm or 0.0) ** 2))
+    play_mm = abs(figures.play_mm) if abs(figures.play_mm) > SURE * figures.play_sigma_mm else 0.0
+    loose_mm = math.sqrt(max(0.0, figures.spread_mm**2 - (figures.resolved_mm or 0.0) ** 2))
     status = graded(
         max(loose_mm, play_mm / 2.0),
         warn_above=SMALL_SHARE * allowed_mm,
@@ -124,15 +124,15 @@ def judge_repeatability(found: Repeatability, profile: Profile) -> Item:
     return Item(
         "repeatability",
         status,
-        f"{read}; the board comes back within {found.spread_mm:.3f} mm (1 sigma, of which the "
-        f"camera's noise is {found.resolved_mm or 0.0:.3f} mm), from far minus from near "
-        f"{found.play_mm:+.3f} mm; allowed {allowed_mm:.3f} mm",
+        f"{read}; the board comes back within {figures.spread_mm:.3f} mm (1 sigma, of which the "
+        f"camera's noise is {figures.resolved_mm or 0.0:.3f} mm), from far minus from near "
+        f"{figures.play_mm:+.3f} mm; allowed {allowed_mm:.3f} mm",
         "; ".join(advice),
         {
-            "read_back_mm": found.read_back_mm,
-            "spread_mm": found.spread_mm,
-            "resolved_mm": found.resolved_mm,
-            "play_mm": found.play_mm,
+            "read_back_mm": figures.read_back_mm,
+            "spread_mm": figures.spread_mm,
+            "resolved_mm": figures.resolved_mm,
+            "play_mm": figures.play_mm,
             "allowed_mm": allowed_mm,
         },
     )

@@ -13,12 +13,12 @@ from rig.frames import Frame, MultiView
 from rig.targets import Target, full_corners
 from rig.targets.corners import Corners, corner_motion_px
 
-Sighting = Corners | TargetError
+CornersOrReason = Corners | TargetError
 """The board in one picture, or why it is not there."""
 
 
 @dataclass(frozen=True, slots=True)
-class Exposed:
+class Exposure:
     """Grey levels of one view, where the board is or, without one, in the whole picture."""
 
     full_scale: float
@@ -37,11 +37,11 @@ class ViewStills:
     """What repeated pictures of one view tell."""
 
     view: str
-    board: Sighting
+    board: CornersOrReason
     """In the first picture."""
     motion_px: float | None
     """Rms motion of the corners between the first and the last picture of a stop."""
-    exposed: Exposed
+    exposure: Exposure
     noise: PhotonTransfer | None
     exposures_s: tuple[float, ...]
     """All exposure times that the device reported, each once."""
@@ -49,7 +49,9 @@ class ViewStills:
     """Largest departure of a picture's mean from the mean of all, as a share of it."""
 
 
-def see_board(image: NDArray[np.uint8] | NDArray[np.uint16], board: Target | None) -> Sighting:
+def search_board(
+    image: NDArray[np.uint8] | NDArray[np.uint16], board: Target | None
+) -> CornersOrReason:
     """Return the corners of the board, or the reason why there are none."""
     if board is None:
         return TargetError("the profile has no [target]", advice="add it", reason="no-target")
@@ -79,18 +81,20 @@ def measure_stills(
 def _measure_view(frames: Sequence[Frame], board: Target | None, last: int) -> ViewStills:
     images = np.stack([frame.image for frame in frames])
     full_scale = float(frames[0].full_scale)
-    sighting = see_board(frames[0].image, board)
-    later = see_board(frames[last].image, board) if last and isinstance(sighting, Corners) else None
+    corners = search_board(frames[0].image, board)
+    later = (
+        search_board(frames[last].image, board) if last and isinstance(corners, Corners) else None
+    )
     brightness = images.mean(axis=(1, 2), dtype=np.float64)
     return ViewStills(
         view=frames[0].view,
-        board=sighting,
+        board=corners,
         motion_px=(
-            corner_motion_px(sighting, later)
-            if isinstance(sighting, Corners) and isinstance(later, Corners)
+            corner_motion_px(corners, later)
+            if isinstance(corners, Corners) and isinstance(later, Corners)
             else None
         ),
-        exposed=_exposed(frames[0].image, sighting, full_scale),
+        exposure=_exposure(frames[0].image, corners, full_scale),
         noise=photon_transfer(images, full_scale) if len(images) > 2 else None,
         exposures_s=tuple(sorted({f.exposure_s for f in frames if f.exposure_s is not None})),
         brightness_change=float(np.abs(brightness / brightness.mean() - 1.0).max())
@@ -99,14 +103,14 @@ def _measure_view(frames: Sequence[Frame], board: Target | None, last: int) -> V
     )
 
 
-def _exposed(
-    image: NDArray[np.uint8] | NDArray[np.uint16], sighting: Sighting, full_scale: float
-) -> Exposed:
+def _exposure(
+    image: NDArray[np.uint8] | NDArray[np.uint16], corners: CornersOrReason, full_scale: float
+) -> Exposure:
     levels = image.ravel()
-    if isinstance(sighting, Corners):
-        levels = image[_inside(sighting, image.shape)]
+    if isinstance(corners, Corners):
+        levels = image[_inside(corners, image.shape)]
     black, white = np.percentile(levels, [5.0, 95.0])
-    return Exposed(
+    return Exposure(
         full_scale=full_scale,
         white=float(white),
         black=float(black),

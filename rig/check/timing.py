@@ -17,7 +17,7 @@ SOME_LOST, MANY_LOST = 0.01, 0.2
 
 
 @dataclass(frozen=True, slots=True)
-class Streamed:
+class Stream:
     """What a short stream showed."""
 
     times_s: tuple[float, ...]
@@ -36,7 +36,7 @@ class Streamed:
         return (len(self.times_s) - 1) / (self.times_s[-1] - self.times_s[0])
 
 
-def streamed(multiviews: Sequence[MultiView], dropped: Mapping[str, int]) -> Streamed:
+def stream_of(multiviews: Sequence[MultiView], dropped: Mapping[str, int]) -> Stream:
     """Return what a stream showed.
 
     Args:
@@ -45,7 +45,7 @@ def streamed(multiviews: Sequence[MultiView], dropped: Mapping[str, int]) -> Str
     """
     numbers = [[frame.sequence for frame in m.frames] for m in multiviews]
     gaps = np.diff(np.array(numbers), axis=0) - 1 if len(numbers) > 1 else np.zeros((0, 1))
-    return Streamed(
+    return Stream(
         times_s=tuple(m.timestamp_s for m in multiviews),
         skews_s=tuple(m.skew_s for m in multiviews),
         dropped={reason: count for reason, count in dropped.items() if count > 0},
@@ -80,7 +80,7 @@ def judge_skew(skews_s: Sequence[float], max_skew_s: float) -> Item:
     )
 
 
-def judge_rate(stream: Streamed, asked_hz: float | None) -> Item:
+def judge_rate(stream: Stream, asked_hz: float | None) -> Item:
     """Judge the frame rate against the one that was asked for."""
     if asked_hz is None:
         return Item("rate", "skip", "stored images have no frame rate")
@@ -105,7 +105,7 @@ def judge_rate(stream: Streamed, asked_hz: float | None) -> Item:
     )
 
 
-def judge_drops(stream: Streamed) -> Item:
+def judge_drops(stream: Stream) -> Item:
     """Judge how many multi-views were dropped, and say why."""
     kept, dropped = len(stream.times_s), sum(stream.dropped.values())
     unexplained = max(0, stream.missing_numbers - dropped)

@@ -60,8 +60,8 @@ def open_store(url: str | None = None, *, absent: Absent = "made") -> "Store":
         return Store(location, open_engine(location))
     if absent == "refused" and (url or os.environ.get("RIG_DATABASE")):
         raise StoreError(
-            f"asked to read the database {location}, there is none; look at --db and RIG_DATABASE, "
-            "or make it with rig sweep or rig calibrate"
+            f"asked to read the database {location}, there is none",
+            advice="look at --db and RIG_DATABASE, or make it with rig sweep or rig calibrate",
         )
     return Store(location, empty_engine(), exists=False)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from rig.arrays import Float
 from rig.errors import CalibrationError
-from rig.geometry.bundle.start_cameras import Seen, board_pose, guess_camera
+from rig.geometry.bundle.start_cameras import BoardPoints, board_pose, guess_camera
 from rig.geometry.sighting import Sighting
 
 _Key = tuple[int, int]
@@ -73,7 +73,7 @@ def _poses(
         own = [s for s in sightings if s.view == view]
         if not own:
             continue
-        boards = [Seen(points_mm[s.ids, :2], s.xy_px) for s in own]
+        boards = [BoardPoints(points_mm[s.ids, :2], s.xy_px) for s in own]
         camera = guess_camera(boards, size_px, "none").camera
         for sighting, board in zip(own, boards, strict=True):
             pose = board_pose(camera, board)

@@ -32,7 +32,8 @@ class StageGeometry:
         if self.axis.shape != (3,) or self.covariance.shape != (4, 4):
             raise ConfigError(
                 f"stage with an axis of shape {self.axis.shape} and a covariance of shape "
-                f"{self.covariance.shape} asked for; give (3,) and (4, 4)"
+                f"{self.covariance.shape} asked for",
+                advice="give (3,) and (4, 4)",
             )
 
 

@@ -1,4 +1,4 @@
-"""What a detector found of the target in one picture of one view."""
+"""The target seen by one camera at one instant."""
 
 from dataclasses import dataclass
 

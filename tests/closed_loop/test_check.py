@@ -6,8 +6,10 @@ import sys
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
 import pytest
 from rig_drivers.grbl.controller import grbl_stage
 from rig_sim.camera import SimCamera
@@ -20,14 +22,18 @@ from rig_sim.world import World
 
 from rig.check.items import Item
 from rig.check.request import check_request
-from rig.check.run import check_rig
+from rig.check.run import QUESTIONS, check_rig
 from rig.curve import Curve, fit_curve
 from rig.devices import Stage
 from rig.errors import RigError, StoreError
-from rig.frames import MultiView
+from rig.geometry.camera_model import CameraModel
+from rig.geometry.pose import Pose
+from rig.geometry.rig_geometry import RigGeometry
+from rig.geometry.rig_geometry_json import geometry_to_json
 from rig.hardware.opening import Answers
 from rig.profile import GrblStageConfig, Profile, SimCameraConfig
 from rig.profile.load import load_profile
+from rig.records import StoredCalibration
 from rig.stored import RunChoice, RunCurve
 from tests.support.command import Command
 from tests.support.curve_points import exact_sweep
@@ -238,7 +244,7 @@ def test_no_move_leaves_the_stage_alone(database: str):
         "settling", "curve", "reach", "repeatability", "geometry",
     }  # fmt: skip
     assert "left alone" in items["stage"].found
-    assert "home" in items["reach"].found
+    assert "home" in items["reach"].advice
 
 
 def test_a_profile_that_forbids_to_move_is_kept(database: str):
@@ -247,20 +253,60 @@ def test_a_profile_that_forbids_to_move_is_kept(database: str):
     assert items["repeatability"].status == "skip"
 
 
-def test_a_geometry_that_drifted_is_asked_with_one_picture(database: str):
+def test_a_geometry_is_asked_with_one_picture_of_the_check(database: str):
+    """Cameras 40 mm apart on paper, of another focal length than the world's."""
     profile = load_profile("sim", SMALL_SIM)
-    asked: list[MultiView] = []
-
-    def drift(multiview: MultiView) -> Item:
-        asked.append(multiview)
-        return Item("geometry", "fail", "chi2 of 9.1 per degree of freedom", "calibrate again")
-
+    names = tuple(view.name for view in profile.views)
+    places_mm = [np.array([40.0 * v.x_steps, 40.0 * v.y_steps, 0.0]) for v in profile.views]
+    geometry = RigGeometry(
+        names,
+        profile.reference,
+        (CameraModel(320, 200, 250.0, 250.0, 159.5, 99.5),) * len(names),
+        tuple(Pose(np.eye(3), -place_mm) for place_mm in places_mm),
+        np.diag(np.full(4 * len(names) + 6 * (len(names) - 1), 1e-8)),
+    )
+    stored = StoredCalibration(
+        id=3, rig="sim", created_at=datetime(2026, 5, 4, tzinfo=UTC),
+        geometry=geometry_to_json(geometry), quality={}, profile={}, versions={}, devices={},
+        temperature_degc=None, image_size_px=(320, 200), active=True,
+    )  # fmt: skip
     request = check_request(profile, RunChoice(database), moves=False)
-    request = replace(request, geometry_drift=drift)
+    request = replace(request, run=replace(request.run, calibration=stored))
     with bench(profile) as answers:
-        items = list(check_rig(request, answers, print))
-    assert len(asked) == 1
-    assert items[-1].status == "fail"
+        item = list(check_rig(request, answers, print))[-1]
+    assert (item.name, item.status) == ("geometry", "fail")
+    assert "calibration 3 of 2026-05-04" in item.found
+
+
+@pytest.mark.parametrize(
+    ("fault", "cause"),
+    [(LostViews(("left",)), "camera"), (UnpluggedCamera(after=3), "camera"),
+     (LateViews(("top",), late_s=0.02), "skew")],
+    ids=lambda value: value if isinstance(value, str) else type(value).__name__,
+)  # fmt: skip
+def test_what_a_fault_leaves_open_is_listed_with_the_reason(
+    database: str, fault: CameraFault, cause: str
+):
+    items = check(fault=fault, moves=False, database=database)
+    assert set(items) == set(QUESTIONS)
+    open_ = [item for item in items.values() if f"{cause} failed, see there" in item.found]
+    assert open_
+    assert {item.status for item in open_} == {"skip"}
+
+
+def test_what_the_profile_does_not_have_is_listed_as_skipped(database: str):
+    profile = load_profile("sim", SMALL_SIM)
+    bare = profile.model_copy(update={"stage": None, "sweep": None, "target": None})
+    request = check_request(bare, RunChoice(database), moves=True)
+    with bench(profile) as answers:
+        items = {
+            item.name: item for item in check_rig(request, replace(answers, stage=None), print)
+        }
+    assert set(items) == set(QUESTIONS)
+    assert "no [stage]" in items["travel"].found
+    assert "no [sweep]" in items["disk"].found
+    assert "no [target]" in items["geometry"].found
+    assert "no [stage], the profile has no [sweep]" in items["reach"].found
 
 
 def test_whatever_ends_a_check_early_leaves_the_stage_stopped(database: str):

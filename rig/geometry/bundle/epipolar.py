@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,8 +12,13 @@ from rig.geometry.bundle.rotations import cross_matrix
 from rig.geometry.epipolar_error import EpipolarError
 from rig.geometry.rig_geometry import RigGeometry
 
-Seen = tuple[Residuals, Float]
-"""A sighting and the undistorted rays (N, 3) of its points."""
+
+class ResidualsWithRays(NamedTuple):
+    """The residuals of one sighting, and the undistorted rays of its points."""
+
+    residuals: Residuals
+    rays: Float
+    """(N, 3)."""
 
 
 def epipolar_error(geometry: RigGeometry, found: Sequence[Residuals]) -> EpipolarError:
@@ -21,9 +27,9 @@ def epipolar_error(geometry: RigGeometry, found: Sequence[Residuals]) -> Epipola
     Distances are in px of an undistorted picture of the second view's focal length, from each view
     of a pair to the other.
     """
-    by_picture: dict[int, list[Seen]] = {}
+    by_picture: dict[int, list[ResidualsWithRays]] = {}
     for residuals, rays in zip(found, _rays(geometry, found), strict=True):
-        by_picture.setdefault(residuals.picture, []).append((residuals, rays))
+        by_picture.setdefault(residuals.picture, []).append(ResidualsWithRays(residuals, rays))
     distances = [
         _distances(geometry, one, other)
         for shown in by_picture.values()
@@ -48,7 +54,7 @@ def _rays(geometry: RigGeometry, found: Sequence[Residuals]) -> list[Float]:
     return rays
 
 
-def _distances(geometry: RigGeometry, first: Seen, second: Seen) -> Float:
+def _distances(geometry: RigGeometry, first: ResidualsWithRays, second: ResidualsWithRays) -> Float:
     """(K,) px from the points of `second` to the lines that the points of `first` give there."""
     (one, from_rays), (other, to_rays) = first, second
     ids, here, there = np.intersect1d(one.ids, other.ids, return_indices=True)

@@ -7,7 +7,7 @@ import numpy as np
 from rig.errors import CalibrationError
 from rig.geometry.bundle.linearise import Target
 from rig.geometry.bundle.observations import Observations
-from rig.geometry.bundle.start_cameras import CameraStart, Seen, guess_camera
+from rig.geometry.bundle.start_cameras import BoardPoints, CameraStart, guess_camera
 from rig.geometry.bundle.start_places import place_boards, place_views, poses_in_views
 from rig.geometry.bundle.unknowns import Unknowns
 from rig.geometry.bundle.view_graph import shared_pictures, spanning_tree
@@ -76,10 +76,10 @@ def _misfit(starts: Sequence[CameraStart]) -> float:
     return sum(start.misfit_px for start in starts)
 
 
-def _boards(observed: Observations, target: Target) -> dict[tuple[int, int], Seen]:
+def _boards(observed: Observations, target: Target) -> dict[tuple[int, int], BoardPoints]:
     plane = target.points_mm[:, :2]
     return {
-        (int(picture), int(view)): Seen(plane[observed.ids[rows]], observed.xy_px[rows])
+        (int(picture), int(view)): BoardPoints(plane[observed.ids[rows]], observed.xy_px[rows])
         for picture, view, rows in (
             (observed.picture[s], observed.view[s], observed.points(s))
             for s in range(len(observed.view))

@@ -26,7 +26,7 @@ _WORST_SHARE = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class BoardPoints:
     """One board in one view."""
 
     plane_mm: Float
@@ -44,7 +44,9 @@ class CameraStart:
     """Mean over boards of their rms distance, capped."""
 
 
-def guess_camera(seen: Sequence[Seen], size_px: tuple[int, int], lens: LensModel) -> CameraStart:
+def guess_camera(
+    seen: Sequence[BoardPoints], size_px: tuple[int, int], lens: LensModel
+) -> CameraStart:
     """Scan focal lengths, principal point in the middle, without lens coefficients.
 
     Args:
@@ -68,13 +70,13 @@ def bare_camera(size_px: tuple[int, int], focal_px: float, lens: LensModel) -> C
     )  # fmt: skip
 
 
-def _judge(seen: Sequence[Seen], camera: CameraModel) -> CameraStart:
+def _judge(seen: Sequence[BoardPoints], camera: CameraModel) -> CameraStart:
     worst = _WORST_SHARE * camera.width_px
     misfit = [min(board_misfit(camera, board, board_pose(camera, board)), worst) for board in seen]
     return CameraStart(camera, float(np.mean(misfit)))
 
 
-def board_pose(camera: CameraModel, seen: Seen) -> Pose | None:
+def board_pose(camera: CameraModel, seen: BoardPoints) -> Pose | None:
     """cam_from_board of one board, from its homography; None where the camera cannot show it."""
     xy = camera.unproject(seen.xy_px)
     good = np.isfinite(xy).all(axis=1)
@@ -92,7 +94,7 @@ def board_pose(camera: CameraModel, seen: Seen) -> Pose | None:
     return Pose(nearest_rotation(np.stack([first, second, np.cross(first, second)], 1)), shift)
 
 
-def board_misfit(camera: CameraModel, seen: Seen, pose: Pose | None) -> float:
+def board_misfit(camera: CameraModel, seen: BoardPoints, pose: Pose | None) -> float:
     """Rms distance of a board's points from where a pose puts them, px; infinite for none."""
     if pose is None:
         return float("inf")

@@ -4,16 +4,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from rig.geometry.bundle.start_cameras import Seen, board_misfit, board_pose
+from rig.geometry.bundle.start_cameras import BoardPoints, board_misfit, board_pose
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
 
-BoardsSeen = Mapping[tuple[int, int], Seen]
+BoardsByPictureAndView = Mapping[tuple[int, int], BoardPoints]
 """Boards by (picture, view)."""
 
 
 def poses_in_views(
-    boards: BoardsSeen, cameras: Sequence[CameraModel]
+    boards: BoardsByPictureAndView, cameras: Sequence[CameraModel]
 ) -> dict[tuple[int, int], Pose]:
     """cam_from_board of every board that its view can show, by (picture, view)."""
     poses = {key: board_pose(cameras[key[1]], seen) for key, seen in boards.items()}
@@ -47,7 +47,7 @@ def _middle(poses: Sequence[Pose], length_mm: float) -> Pose:
 
 
 def place_boards(
-    boards: BoardsSeen,
+    boards: BoardsByPictureAndView,
     poses: Mapping[tuple[int, int], Pose],
     cameras: Sequence[CameraModel],
     places: Sequence[Pose],

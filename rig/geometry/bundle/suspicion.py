@@ -9,7 +9,7 @@ from rig.geometry.bundle.adjust import Adjusted
 from rig.geometry.bundle.agreement import Pair, blame, compare_views, find_step
 from rig.geometry.bundle.alone import Alone, fit_alone
 from rig.geometry.bundle.result import Reason
-from rig.geometry.bundle.start_cameras import Seen, board_misfit, board_pose
+from rig.geometry.bundle.start_cameras import BoardPoints, board_misfit, board_pose
 from rig.geometry.rig_geometry import RigGeometry
 
 _BLURRED = 2.0
@@ -99,16 +99,16 @@ def _swapped_pictures(
     return reasons, [pair for pair in pairs if pair.picture not in gone]
 
 
-def _boards(adjusted: Adjusted) -> list[Seen]:
+def _boards(adjusted: Adjusted) -> list[BoardPoints]:
     observed = adjusted.problem.observed
     plane = adjusted.problem.target.points_mm[:, :2]
     return [
-        Seen(plane[observed.ids[rows]], observed.xy_px[rows])
+        BoardPoints(plane[observed.ids[rows]], observed.xy_px[rows])
         for rows in map(observed.points, range(len(observed.view)))
     ]
 
 
-def _fits_swapped(geometry: RigGeometry, pair: Pair, seen: Sequence[Seen]) -> bool:
+def _fits_swapped(geometry: RigGeometry, pair: Pair, seen: Sequence[BoardPoints]) -> bool:
     """Whether a pose from one view's pixels fits the other's better after exchanging them."""
     one, other = pair.views
     first, second = (seen[sighting] for sighting in pair.sightings)
@@ -117,7 +117,9 @@ def _fits_swapped(geometry: RigGeometry, pair: Pair, seen: Sequence[Seen]) -> bo
     return turned < _SWAP_GAIN * asis
 
 
-def _misfit_across(geometry: RigGeometry, one: int, other: int, first: Seen, second: Seen) -> float:
+def _misfit_across(
+    geometry: RigGeometry, one: int, other: int, first: BoardPoints, second: BoardPoints
+) -> float:
     """Rms px in view `other` of the board that view `one` sees."""
     pose = board_pose(geometry.cameras[one], first)
     if pose is None:

@@ -11,7 +11,7 @@ from rig.calibrate.coverage import coverage_of
 from rig.calibrate.guide import advise
 from rig.calibrate.live import held_pictures, motion_px
 from rig.calibrate.pictures import Picture
-from rig.calibrate.sight import Sighted, Tally, sight
+from rig.calibrate.sight import PictureSightings, Tally, sight
 from rig.cli.calibration_result import tally_lines
 from rig.errors import TargetError
 from rig.frames import Frame, MultiView
@@ -27,7 +27,7 @@ FOCAL_PX = 560.0
 
 def seen(
     number: int, *, tilt_deg: Sequence[float] = (0, 0, 0), at_mm: Sequence[float] = (0, 0, 600)
-) -> Sighted:
+) -> PictureSightings:
     """A board before two cameras 60 mm apart, without any picture."""
     points = BOARD.points_mm.reshape(-1, 3) - BOARD.points_mm.reshape(-1, 3).mean(axis=0)
     turn = np.asarray(cv2.Rodrigues(np.radians(np.array(tilt_deg, np.float64)))[0])
@@ -37,12 +37,14 @@ def seen(
         xy_px = places[:, :2] / places[:, 2:] * FOCAL_PX + (320.0, 200.0)
         ids = np.arange(len(points), dtype=np.intp)
         found.append(Detection(ids, xy_px, np.full(len(points), 0.02), 0.9, 150.0))
-    return Sighted(number, None, SIZES, tuple(found))
+    return PictureSightings(number, None, SIZES, tuple(found))
 
 
 def test_coverage_counts_area_pairs_tilts_and_distances():
     sighted = [seen(0), seen(1, tilt_deg=(20, 0, 0)), seen(2, tilt_deg=(0, -25, 0))]
-    sighted.append(replace(seen(3), found=(seen(3).found[0], TargetError("", reason="clipped"))))
+    sighted.append(
+        replace(seen(3), by_view=(seen(3).by_view[0], TargetError("", reason="clipped")))
+    )
     coverage = coverage_of(sighted, BOARD, 2)
     assert coverage.shared.tolist() == [[4, 3], [3, 3]]
     assert 0.2 < coverage.area_share[0] < 0.9
@@ -114,7 +116,9 @@ def test_a_picture_is_kept_when_the_target_rests_where_it_has_not_been():
 
 
 def test_motion_is_infinite_where_the_target_is_not_seen():
-    lost = Sighted(0, None, SIZES, (TargetError("", reason="x"), TargetError("", reason="x")))
+    lost = PictureSightings(
+        0, None, SIZES, (TargetError("", reason="x"), TargetError("", reason="x"))
+    )
     assert motion_px(seen(0), lost) == float("inf")
     assert motion_px(seen(0), seen(1)) == 0.0
 

@@ -9,8 +9,7 @@ from rig_sim.camera import SimCamera
 from rig_sim.clock import VirtualClock
 from rig_sim.world import World
 
-from rig.check.geometry_drift import geometry_drift, judge_geometry
-from rig.errors import ConfigError
+from rig.check.geometry_drift import judge_geometry_drift, judge_misfit
 from rig.frames import Frame, MultiView
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.drift import Drift
@@ -64,15 +63,15 @@ def stored(covariance: float | None = 1.0) -> StoredCalibration:
 
 
 def test_a_rig_that_is_as_it_was_passes():
-    item = geometry_drift(PROFILE, stored())(picture())
+    item = judge_geometry_drift(PROFILE, stored(), picture())
     assert item.status == "pass"
     assert "calibration 3 of 2026-05-04" in item.found
     assert "+5.0 degC since then" in item.found
 
 
 def test_a_camera_that_was_turned_fails():
-    item = geometry_drift(PROFILE, stored())(
-        picture("world.view_errors.left.rotation_deg=[0.3, 0.2, 0.0]")
+    item = judge_geometry_drift(
+        PROFILE, stored(), picture("world.view_errors.left.rotation_deg=[0.3, 0.2, 0.0]")
     )
     assert item.status == "fail"
     assert "rig calibrate sim" in item.advice
@@ -85,15 +84,31 @@ def test_a_board_that_is_not_there_is_told():
     blank = tuple(
         Frame(view.name, np.zeros((200, 320), np.uint8), 0.0, 0) for view in PROFILE.views
     )
-    item = geometry_drift(PROFILE, stored())(MultiView(blank))
+    item = judge_geometry_drift(PROFILE, stored(), MultiView(blank))
     assert item.status == "fail"
     assert "dark picture" in item.found
 
 
-def test_without_a_covariance_or_a_target_there_is_no_comparison():
-    assert geometry_drift(PROFILE, stored(None))(picture()).status == "skip"
-    with pytest.raises(ConfigError, match="target"):
-        geometry_drift(PROFILE.model_copy(update={"target": None}), stored())
+def test_without_covariance_target_or_calibration_the_item_says_why_it_is_skipped():
+    without = PROFILE.model_copy(update={"target": None})
+    items = [
+        judge_geometry_drift(PROFILE, stored(None), picture()),
+        judge_geometry_drift(without, stored(), picture()),
+        judge_geometry_drift(PROFILE, None, picture()),
+    ]
+    assert [item.status for item in items] == ["skip"] * 3
+    assert "no covariance" in items[0].found
+    assert "no [target]" in items[1].found
+    assert "no stored geometric calibration" in items[2].found
+    assert items[0].advice == items[2].advice == "rig calibrate sim"
+
+
+def test_a_calibration_that_cannot_be_read_fails_and_the_check_goes_on():
+    damaged = replace(stored(), geometry={"version": 99})
+    item = judge_geometry_drift(PROFILE, damaged, picture())
+    assert item.status == "fail"
+    assert "99" in item.found
+    assert "calibrate again" in item.advice
 
 
 @pytest.mark.parametrize(
@@ -105,6 +120,6 @@ def test_what_is_certain_counts_by_the_depth_that_it_is_worth(
 ):
     """0.05 % of a disparity of 40 mm x 0.75 px/mm = 30 px are 0.015 px."""
     drift = replace(FINE, probability=probability, rms_px=rms_px)
-    item = judge_geometry(drift, PROFILE, calibration="calibration 1", warmer_degc=None)
+    item = judge_misfit(drift, PROFILE, calibration="calibration 1", warmer_degc=None)
     assert item.status == status
     assert item.numbers["worth_pct"] == pytest.approx(rms_px / 0.3)

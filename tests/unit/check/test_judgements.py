@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from rig.check.arrangement import judge_arrangement
-from rig.check.curve_drift import judge_curve
+from rig.check.curve_drift import judge_curve_drift
 from rig.check.items import failed, graded, worst
 from rig.check.locks import judge_locks
 from rig.check.photon_transfer import PhotonTransfer
 from rig.check.pictures import judge_noise
 from rig.check.stage import Arrival, judge_repeatability, judge_travel, repeatability
-from rig.check.stills import Exposed, ViewStills
+from rig.check.stills import Exposure, ViewStills
 from rig.check.storage import judge_room
-from rig.check.timing import judge_drops, judge_rate, judge_skew, streamed
+from rig.check.timing import judge_drops, judge_rate, judge_skew, stream_of
 from rig.curve import fit_curve
 from rig.errors import DeviceLostError, StoreError, TargetError
 from rig.frames import Frame, MultiView
@@ -29,7 +29,7 @@ STILL = ViewStills(
     view="left",
     board=TargetError("none", advice="put it there", reason="not-found"),
     motion_px=None,
-    exposed=Exposed(255.0, 190.0, 20.0, 0.0, 0.0),
+    exposure=Exposure(255.0, 190.0, 20.0, 0.0, 0.0),
     noise=None,
     exposures_s=(0.008,),
     brightness_change=0.001,
@@ -100,7 +100,7 @@ def multiview(time_s: float, number: int, skew_s: float = 0.0) -> MultiView:
 def test_rate_drops_and_missing_numbers_of_a_stream():
     """Ten frames per second; number 3 was dropped with a reason, 6 and 7 without one."""
     numbers = [0, 1, 2, 4, 5, 8, 9]
-    stream = streamed([multiview(0.1 * n, n) for n in numbers], {"skew": 1, "late": 0})
+    stream = stream_of([multiview(0.1 * n, n) for n in numbers], {"skew": 1, "late": 0})
     assert stream.missing_numbers == 3
     item = judge_drops(stream)
     assert item.status == "fail"
@@ -112,8 +112,8 @@ def test_rate_drops_and_missing_numbers_of_a_stream():
 
 
 def test_a_stream_of_nothing_fails_and_one_without_loss_passes():
-    assert judge_rate(streamed([], {}), 10.0).status == "fail"
-    good = streamed([multiview(0.1 * n, n) for n in range(20)], {})
+    assert judge_rate(stream_of([], {}), 10.0).status == "fail"
+    good = stream_of([multiview(0.1 * n, n) for n in range(20)], {})
     assert judge_rate(good, 10.0).status == judge_drops(good).status == "pass"
 
 
@@ -171,14 +171,16 @@ def test_without_slopes_only_the_read_back_is_known():
 def test_a_slope_off_the_curve_is_told_in_mm():
     curve = RunCurve(7, fit_curve(exact_sweep()).best, sweep_id=5)
     at = {"distance_mm": 700.0, "sigma_px": 0.001}
-    assert judge_curve(curve, PROFILE, slope_px=physical_px(700.0), **at).status == "pass"
-    moved = judge_curve(curve, PROFILE, slope_px=physical_px(703.0), **at)
+    assert judge_curve_drift(curve, PROFILE, slope_px=physical_px(700.0), **at).status == "pass"
+    moved = judge_curve_drift(curve, PROFILE, slope_px=physical_px(703.0), **at)
     assert moved.status == "fail"
     assert "+3.000 mm" in moved.found
-    outside = judge_curve(curve, PROFILE, slope_px=physical_px(2000.0), **at)
+    outside = judge_curve_drift(curve, PROFILE, slope_px=physical_px(2000.0), **at)
     assert outside.status == "fail"
     assert "outside curve 7" in outside.found
-    none = judge_curve(StoreError("no curve", advice="rig sweep"), PROFILE, slope_px=1.0, **at)
+    none = judge_curve_drift(
+        StoreError("no curve", advice="rig sweep"), PROFILE, slope_px=1.0, **at
+    )
     assert none.status == "skip"
 
 

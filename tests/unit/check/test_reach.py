@@ -1,9 +1,9 @@
-"""Where a board can be seen, against a pinhole camera in closed form."""
+"""Where a board can be boards, against a pinhole camera in closed form."""
 
 import numpy as np
 import pytest
 
-from rig.check.reach import Reach, Sighted, judge_reach, predict_reach
+from rig.check.reach import Reach, judge_reach, predict_reach
 from rig.targets.checkerboard import Board
 from rig.targets.corners import Corners
 
@@ -13,44 +13,44 @@ SIZE_PX = (640, 400)
 PLAN_MM = (300.0, 1500.0)
 
 
-def sighted(
+def board_at(
     distance_mm: float,
     *,
     offset_mm: tuple[float, float] = (0.0, 0.0),
     centre_px: tuple[float, float] = (319.5, 199.5),
     square_mm: float = 25.0,
-) -> Sighted:
+) -> dict[float, Corners]:
     board = Board(9, 6, square_mm)
     middle = board.points_mm[..., :2].reshape(-1, 2).mean(axis=0)
     place_mm = board.points_mm[..., :2] - middle + np.array(offset_mm)
     xy_px = np.array(centre_px) + FOCAL_PX * place_mm / distance_mm
-    return Sighted(distance_mm, Corners(board, xy_px, np.full((6, 9), 0.02), 0.8, 150.0))
+    return {distance_mm: Corners(board, xy_px, np.full((6, 9), 0.02), 0.8, 150.0)}
 
 
 def test_it_leaves_at_the_left_where_a_pinhole_says():
     """The outermost corner, 100 mm left of the middle, is 4 px from the border at one distance."""
-    seen = [sighted(800.0), sighted(1000.0)]
-    reach = predict_reach("centre", seen, plan_mm=(150.0, 1500.0), size_px=SIZE_PX)
+    boards = board_at(800.0) | board_at(1000.0)
+    reach = predict_reach("centre", boards, plan_mm=(150.0, 1500.0), size_px=SIZE_PX)
     # 319.5 - 600 * 100 / Z >= 4, and 199.5 - 600 * 62.5 / Z >= 4
     assert reach.nearest_mm == pytest.approx(FOCAL_PX * 62.5 / 195.5, rel=0.02)
     assert reach.side_px == pytest.approx((100.0, 10.0))
 
 
 def test_squares_become_too_small_where_a_pinhole_says():
-    seen = [sighted(800.0, square_mm=10.0)]
-    reach = predict_reach("centre", seen, plan_mm=PLAN_MM, size_px=SIZE_PX)
+    boards = board_at(800.0, square_mm=10.0)
+    reach = predict_reach("centre", boards, plan_mm=PLAN_MM, size_px=SIZE_PX)
     assert reach.farthest_mm == pytest.approx(FOCAL_PX * 10.0 / 6.0, rel=0.01)
 
 
 def test_two_distances_know_a_centre_that_is_not_that_of_the_picture():
-    shifted = [sighted(z, centre_px=(400.0, 199.5)) for z in (700.0, 1100.0)]
+    shifted = board_at(700.0, centre_px=(400.0, 199.5)) | board_at(1100.0, centre_px=(400.0, 199.5))
     reach = predict_reach("left", shifted, plan_mm=(150.0, 1500.0), size_px=SIZE_PX)
     assert reach.nearest_mm == pytest.approx(FOCAL_PX * 100.0 / (635.0 - 400.0), rel=0.02)
 
 
 def test_a_board_beside_the_picture_at_every_distance_is_nowhere():
-    seen = [sighted(z, offset_mm=(2000.0, 0.0)) for z in (700.0, 1100.0)]
-    reach = predict_reach("left", seen, plan_mm=PLAN_MM, size_px=SIZE_PX)
+    boards = board_at(700.0, offset_mm=(2000.0, 0.0)) | board_at(1100.0, offset_mm=(2000.0, 0.0))
+    reach = predict_reach("left", boards, plan_mm=PLAN_MM, size_px=SIZE_PX)
     assert np.isnan(reach.nearest_mm)
     item = judge_reach([reach], reference="left", plan_mm=PLAN_MM, visited_mm=[700.0])
     assert item.status == "fail"
