@@ -72,7 +72,17 @@ class Codec(Generic[T]):
                 make no such value.
         """
         # As text, because only there pydantic tells a list for a tuple from a wrong type.
-        text = json.dumps({"value": content})
+        return self._read(json.dumps({"value": content}))
+
+    def from_text(self, text: str) -> T:
+        """Build the value from the text of `to_json`.
+
+        Raises:
+            RigError: of the class given: see `from_json`; or the text is no JSON.
+        """
+        return self._read(f'{{"value": {text}}}')
+
+    def _read(self, text: str) -> T:
         try:
             return self._envelope.model_validate_json(text).value  # pyright: ignore
         except ValidationError as error:
@@ -109,6 +119,8 @@ def _describe(item: ErrorDetails) -> str:
         return f"{place} is missing"
     if kind in ("unexpected_keyword_argument", "extra_forbidden"):
         return f"{place} is unknown"
+    if kind == "json_invalid":
+        return "it is no JSON"
     context = item.get("ctx", {})
     if kind == "value_error":
         wanted = str(context["error"])

@@ -11,15 +11,15 @@ The `folder` camera replays them by the pattern `picture_*/<view>.png`.
 import json
 import os
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from rig.calibrate.pictures import Picture
 from rig.database.frames import FrameWriter, read_frames
 from rig.database.trouble import explained
-from rig.errors import ConfigError
+from rig.errors import ConfigError, StoreError
+from rig.json_codec import Codec
 from rig.profile import Profile
 from rig.profile.load import parse_profile
 from rig.records import StoredFrame
@@ -27,6 +27,21 @@ from rig.records import StoredFrame
 _SAME = ("name", "views", "camera", "target")
 """Parts of a profile in which a resumed calibration must not differ."""
 SOLVED = "calibration.json"
+
+
+@dataclass(frozen=True, slots=True)
+class _Line:
+    """What the list of pictures tells of one."""
+
+    number: int
+    stage_mm: float | None
+    temperature_degc: float | None
+    frames: tuple[StoredFrame, ...]
+
+
+_LINE = Codec(
+    _Line, name="line of pictures.jsonl", error=StoreError, advice="take the line out of the file"
+)
 
 
 class Album:
@@ -88,27 +103,22 @@ class Album:
         with FrameWriter(self._place(picture.number)) as writer:
             stored = writer.write(picture.multiview)
             writer.publish()
-        line = {
-            "number": picture.number,
-            "stage_mm": picture.stage_mm,
-            "temperature_degc": picture.multiview.temperature_degc,
-            "frames": [asdict(frame) for frame in stored],
-        }
+        kept = _Line(picture.number, picture.stage_mm, picture.multiview.temperature_degc, stored)
+        line = json.dumps(_LINE.to_json(kept)) + "\n"
         file = self.folder / "pictures.jsonl"
         with explained("keep a picture", file):
-            _write(file, "".join([*self._whole_lines(), json.dumps(line) + "\n"]))
+            _write(file, "".join([*self._whole_lines(), line]))
 
     def pictures(self) -> Iterator[Picture]:
         """Yield the stored pictures, exactly as they were taken.
 
         Raises:
-            StoreError: one is missing or damaged.
+            StoreError: one is missing or damaged, or its line is.
         """
-        for line in self._lines():
-            frames = tuple(StoredFrame(**frame) for frame in line["frames"])
-            place = self._place(line["number"])
-            multiview = read_frames(place, frames, line["temperature_degc"])
-            yield Picture(line["number"], multiview, line["stage_mm"])
+        for text in self._whole_lines():
+            line = _LINE.from_text(text)
+            multiview = read_frames(self._place(line.number), line.frames, line.temperature_degc)
+            yield Picture(line.number, multiview, line.stage_mm)
 
     def write(self, name: str, text: str) -> Path:
         """Write a file of results: there completely or not at all.
@@ -120,9 +130,6 @@ class Album:
         with explained("write a calibration", file):
             _write(file, text)
         return file
-
-    def _lines(self) -> list[dict[str, Any]]:
-        return [json.loads(line) for line in self._whole_lines()]
 
     def _whole_lines(self) -> list[str]:
         """Lines of the list of pictures; one that was cut off has no picture and is left out."""

@@ -43,6 +43,21 @@ def test_pictures_of_an_older_album_have_all_bits_and_no_doubt(tmp_path: Path):
     assert same_multiview(back.multiview, noisy_multiview(seed=0))
 
 
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("{", "it is no JSON; take the line out"),
+        ("{}", "number is missing, stage_mm is missing"),
+        ('{"number": "one"}', "number: a whole number wanted, found 'one'"),
+    ],
+)
+def test_a_line_that_was_changed_is_refused(tmp_path: Path, line: str, says: str):
+    album = Album.new(tmp_path, load_profile("sim"))
+    (album.folder / "pictures.jsonl").write_text(f"{line}\n")
+    with pytest.raises(StoreError, match=f"line of pictures.jsonl is ill-formed: {says}"):
+        list(album.pictures())
+
+
 def test_a_line_cut_off_by_a_crash_costs_its_picture_only(tmp_path: Path):
     album = Album.new(tmp_path, load_profile("sim"))
     for number in range(2):
