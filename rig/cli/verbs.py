@@ -162,7 +162,8 @@ def _imported(name: str, verb: Verb) -> Any:
     alone = typer.Typer(**_LOOK)
     if isinstance(found, typer.Typer):
         alone.add_typer(found, name=name, cls=Summaries)
-        return typer.main.get_command(alone).commands[name]
+        around: Any = typer.main.get_command(alone)
+        return around.commands[name]
     alone.command(name)(found)
     return typer.main.get_command(alone)
 
