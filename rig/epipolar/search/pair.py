@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rig.epipolar.rank import median_of_nine
 from rig.epipolar.scales import Scales
 from rig.epipolar.search.aggregate import add_diagonals, aggregate, rivals, winners
+from rig.epipolar.search.census import join_census
 from rig.epipolar.search.contrast import raise_texture, texture_levels
 from rig.epipolar.search.cross_check import fill_unshared, shared_slopes
 from rig.epipolar.search.found import Found
@@ -21,10 +22,10 @@ from rig.epipolar.search.shrink import grow, shrink
 from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras, Window
 
 _SHIFT_PX, _SOFT_PX = 1.0, 0.6
-_STEP_PENALTY, _JUMP_PENALTIES = 45, (90.0, 180.0)
+_STEP_PENALTY, _JUMP_PENALTIES = 40, (80.0, 180.0)
 _TEXTURE_MISMATCH, _GREY_MISMATCH = 1.7, 1.0
-_LARGEST_VOLUME = 8e7
-"""Costs up to which it is searched at full size: three bytes each."""
+_LARGEST_VOLUME = 1.3e8
+"""Costs up to which it is searched at full size: four bytes each at most."""
 
 
 def search_pair(
@@ -40,12 +41,12 @@ def search_pair(
     """
     height, width = images.shape[1:]
     step_px = _SHIFT_PX / LABEL_SHIFT_PX * cameras.step_px
-    volume = height * width * len(window.labels(step_px))
+    volume = height * width * len(_whole_labels(window, step_px))
     factor = 1 + int(volume > _LARGEST_VOLUME)
     small = shrink(images, factor)
     if factor > 1:
         window = window.shrunk(factor)
-    labels = window.labels(step_px)
+    labels = _whole_labels(window, step_px)
     costs = _costs(small, cameras, labels, scales, is_whole=factor == 1)
     penalties = fading_penalties(small[cameras.reference], *_JUMP_PENALTIES)
     total = aggregate(costs, *penalties, _STEP_PENALTY)
@@ -59,6 +60,13 @@ def search_pair(
         slope, rival = (np.float32(factor) * grow(part, factor, shape) for part in (slope, rival))
         shared = grow(shared.astype(np.float32), factor, shape) > 0
     return Found(slope, rival, ~shared)
+
+
+def _whole_labels(window: Window, step_px: float) -> NDArray[np.float32]:
+    """Slopes (L,) that shift the outermost view by whole pixels, to both ends of the window."""
+    first = int(np.floor(float(window.low_px.min()) / step_px))
+    last = int(np.ceil(float(window.high_px.max()) / step_px))
+    return (step_px * np.arange(first, max(last, first + 2) + 1)).astype(np.float32)
 
 
 def _costs(
@@ -79,4 +87,5 @@ def _costs(
         # Views that differ by no more than noise can be compared as they are, too.
         grey_mismatch = _GREY_MISMATCH * scales.truncation
         average(costs, sweep_costs(images, *steps, cameras.reference, labels, grey_mismatch))
+    join_census(costs, soft, cameras, labels, scales.noise)
     return costs
