@@ -24,6 +24,8 @@ from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras, Window
 _SHIFT_PX, _SOFT_PX = 1.0, 0.6
 _STEP_PENALTY, _JUMP_PENALTIES = 40, (80.0, 180.0)
 _TEXTURE_MISMATCH, _GREY_MISMATCH = 1.7, 1.0
+PAIR_ERROR_PX = _SHIFT_PX / 12**0.5
+"""Error of slopes anywhere about their label, as a shift in the outermost view, 1 sigma."""
 _LARGEST_VOLUME = 1.3e8
 """Costs up to which it is searched at full size: four bytes each at most."""
 
