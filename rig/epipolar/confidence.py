@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from rig.compute.bands import run_in_bands, run_side_by_side
 from rig.epipolar.line import MISFIT_LIMIT, UNSEEN, LineFits
+from rig.epipolar.plain import is_plain
 from rig.epipolar.rank import departure, mean
 from rig.epipolar.views import Label, SlopeMap
 
@@ -15,13 +16,9 @@ Mask = NDArray[np.bool_]
 
 _CONTRADICTION = 0.55 * MISFIT_LIMIT
 _SPOT_RADIUS_PX, _REGION_RADIUS_PX, _REGION_SHARE = 2, 15, 0.5
-_START_ERROR, _HOLD_RADIUS_PX = 0.15, 3
-"""Error of the slope before the line fit, in labels, 1 sigma."""
+_HOLD_RADIUS_PX = 3
 _SIDE_RADIUS_PX, _SIDE_SHARE, _SIDE_LABELS = 2, np.float32(0.3), 0.7
 """About a tenth of the pixels so close to a jump lie on the wrong side: root of 0.1 of the jump."""
-_TEXTURE_RADIUS_PX, _CHANCE_SIGMAS, _ALIKE_PX = 8, 4.0, 4.0
-"""Information in a patch must exceed what noise alone pretends by so many sigmas of that, where so
-many neighbours have one noise."""
 _EDGE_LABELS = 1.0
 """Slopes that end so near to the end of the range may lie beyond it."""
 _MANY_OUTSIDE = 0.02
@@ -51,10 +48,14 @@ class Evidence:
     """(H, W) slopes that a search from the other end of the views does not share."""
     beside_unshared: Mask
     """(H, W) slopes at a jump beside those."""
+    start_px: float
+    """Error of the slopes before the line fit, 1 sigma."""
     rival_px: Map
     """(H, W) second slopes that explain the views as well, NaN for none."""
     drift_variance: Map | None = None
     """(H, W) of the slopes, by light that changes with the view; None where none does."""
+    coarse_texture: Mask | None = None
+    """(H, W) texture that pictures of half the size show; None where none was looked for."""
     is_misled: bool = False
     """Whether the hypothesis that the slopes were searched around is wrong altogether."""
 
@@ -85,13 +86,15 @@ def judge(
         warnings: what is to be said besides.
     """
     lines, blind_px = evidence.lines, np.float32((range_px[1] - range_px[0]) / 12**0.5)
-    start_px, miss = np.float32(_START_ERROR * step_px), np.float32(evidence.misfit_px**2)
+    start_px, miss = np.float32(evidence.start_px), np.float32(evidence.misfit_px**2)
     kept, side_px, against, plain = run_side_by_side(
         lambda: _held_back(lines),
         lambda: _other_side(slope_px, step_px),
         lambda: contradicted(lines.misfit),
-        lambda: _is_plain(lines, evidence.views),
+        lambda: is_plain(lines, evidence.views),
     )
+    if evidence.coarse_texture is not None:
+        plain[evidence.coarse_texture] = 0
     sigma, label = np.empty_like(slope_px), np.empty(slope_px.shape, np.uint8)
     outside = _ends(slope_px, step_px, range_px)
     slope = slope_px.copy()
@@ -154,17 +157,6 @@ def contradicted(misfit: Map) -> Map:
     spot = mean(misfit, _SPOT_RADIUS_PX) > np.float32(_CONTRADICTION)
     region = mean(spot.astype(np.float32), _REGION_RADIUS_PX) > _REGION_SHARE
     return (spot | region).astype(np.float32)
-
-
-def _is_plain(lines: LineFits, views: int) -> Map:
-    """1 where the texture of a patch is no more than noise alone pretends, else 0, (H, W).
-
-    The sum of N squares of noise has a standard deviation of the root of 2 / N of itself.
-    """
-    squares = (2 * _TEXTURE_RADIUS_PX + 1) ** 2 * max(views - 1, 1) / _ALIKE_PX
-    chance = _CHANCE_SIGMAS * (2.0 / squares) ** 0.5
-    signal, every = (mean(m, _TEXTURE_RADIUS_PX) for m in (lines.signal, lines.information))
-    return (signal < np.float32(chance / (1.0 + chance)) * every).astype(np.float32)
 
 
 def _ends(slope_px: Map, step_px: float, range_px: tuple[float, float]) -> NDArray[np.int8]:

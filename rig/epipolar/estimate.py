@@ -15,10 +15,13 @@ from rig.epipolar.noise.model import CrossNoise, NoiseModel
 from rig.epipolar.occlusion import hidden_points
 from rig.epipolar.placement.fit import find_placement
 from rig.epipolar.placement.placement import Placement, on_their_lines
+from rig.epipolar.plain import has_coarse_texture
 from rig.epipolar.prepare import Ready, closer_noise, prepare
 from rig.epipolar.rank import highest
 from rig.epipolar.sampling import pad
 from rig.epipolar.scales import Scales
+from rig.epipolar.search.cross_check import is_one_sided
+from rig.epipolar.search.pair import PAIR_ERROR_PX
 from rig.epipolar.search.search import Effort, search
 from rig.epipolar.search.sides import choose_sides
 from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras, Window, window_of
@@ -36,6 +39,8 @@ _JUMP_LABELS = 3.0
 _STITCH_RADIUS_PX, _STITCH_STRIDE_PX = 6, 2
 _MUCH_LESS = 0.8
 """Noise at the slopes found over that of the first match, from which the first match was wrong."""
+_START_LABELS = 0.15
+"""Error of the slopes before the line fit, in labels, 1 sigma."""
 _FROM_ROWS = 0.5
 """Error along a line over that across it: slanted edges turn one into the other."""
 
@@ -176,17 +181,28 @@ def _estimate(
     rival_px[~holds_out] = np.nan
     if drift_variance is not None:
         drift_variance = variance_of_slopes(drift_variance, grey, placed_cameras)
+    misfit_px = _FROM_ROWS * mending.rows.scatter_px
+    start_px, coarse_texture = _START_LABELS * LABEL_SHIFT_PX, None
+    if is_one_sided(placed_cameras):
+        # What two views miss each other by, neighbours share, and no third one tells.
+        misfit_px, start_px = float(np.hypot(misfit_px, cross.misfit_px)), PAIR_ERROR_PX
+        is_row = bool(np.abs(cameras.x_steps).max() >= np.abs(cameras.y_steps).max())
+        centre = ready.sharp[cameras.reference]
+        coarse_texture = has_coarse_texture(centre, scales, is_row=is_row)
+    per_shift = placed_cameras.step_px / LABEL_SHIFT_PX
     evidence = Evidence(
         lines=lines,
         variance=variance,
         misfit=misfit,
         views=len(images),
-        misfit_px=_FROM_ROWS * mending.rows.scatter_px * placed_cameras.step_px / LABEL_SHIFT_PX,
+        misfit_px=misfit_px * per_shift,
         hidden=hidden,
         unshared=found.unshared,
         beside_unshared=_beside(found.unshared, slope, placed_cameras),
+        start_px=start_px * per_shift,
         rival_px=rival_px,
         drift_variance=drift_variance,
+        coarse_texture=coarse_texture,
         is_misled=ready.effort is Effort.FOLLOWED and _is_misled(lines, window, placed_cameras),
     )
     judged = judge(slope, evidence, placed_cameras.step_px, slope_range_px, warnings)

@@ -59,20 +59,24 @@ def add_diagonals(
         total: (H, L, W) what `aggregate` gives.
     """
     jump = np.minimum(jump_x, jump_y)
-    upward = np.zeros_like(total)
+    height, labels, width = costs.shape
+    path = np.empty((2, 2, 2, labels + 2, width + 2), np.int16)
+    path[:] = _LARGE
+    path[:, :, :, 1 : labels + 1] = np.int16(0)
+    lowest = np.zeros((2, 2, 2, width + 2), np.int16)
 
-    def work(start: int, stop: int) -> None:
+    def walk(first: int, last: int, start: int, stop: int) -> None:
         for direction in range(start, stop):
             _along_diagonals(
-                costs, jump, np.int16(step), direction, total if direction == 0 else upward
-            )
+                costs, jump, np.int16(step), direction, first, last, path[direction],
+                lowest[direction], total,
+            )  # fmt: skip
 
-    run_in_bands(work, 2)
-
-    def add(start: int, stop: int) -> None:
-        total[start:stop] += upward[start:stop]
-
-    run_in_bands(add, len(total))
+    # Paths down and paths up add to one sum: they meet in the middle row, which is done by one.
+    half = height // 2
+    run_in_bands(lambda start, stop: walk(0, half, start, stop), 2)
+    walk(half, height - half, 0, 2)
+    run_in_bands(lambda start, stop: walk(height - half, height, start, stop), 2)
 
 
 @kernel()
@@ -81,19 +85,19 @@ def _along_diagonals(
     jump: NDArray[np.int16],
     step: np.int16,
     direction: int,
+    first: int,
+    last: int,
+    path: NDArray[np.int16],
+    lowest: NDArray[np.int16],
     total: NDArray[np.int16],
 ) -> None:
-    """Add both diagonal paths that run down (direction 0) or up (1); see `_along_columns`.
+    """Add rows `first` to `last` of both diagonal paths that run down (direction 0) or up (1).
 
-    The row before is read one column to the left (side 0) or to the right (side 1).
+    `path` and `lowest` bear what the row before has left; it is read one column to the left
+    (side 0) or to the right (side 1). See `_along_columns`.
     """
     height, labels, width = costs.shape
-    path = np.empty((2, 2, labels + 2, width + 2), np.int16)
-    lowest = np.zeros((2, 2, width + 2), np.int16)
-    path[:] = _LARGE
-    path[0, :, 1 : labels + 1] = np.int16(0)
-    path[1, :, 1 : labels + 1] = np.int16(0)
-    for k in range(height):
+    for k in range(first, last):
         v = k if direction == 0 else height - 1 - k
         edge = jump[v if direction == 0 else min(v + 1, height - 1)]
         for side in range(2):

@@ -6,10 +6,9 @@ hypothesis leaves only a narrow window, only that window is searched, and where 
 one label, nothing needs to be.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import IntEnum
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,14 +16,17 @@ from rig.epipolar.median import guided_median, near_jumps
 from rig.epipolar.rank import median_of_nine
 from rig.epipolar.sampling import pad, sample_views
 from rig.epipolar.scales import Scales, measure_scales
-from rig.epipolar.search.aggregate import add_diagonals, aggregate, rivals, winners
+from rig.epipolar.search.aggregate import aggregate, rivals, winners
 from rig.epipolar.search.contrast import raise_texture, texture_levels
-from rig.epipolar.search.cross_check import fill_unshared, is_one_sided, shared_slopes
+from rig.epipolar.search.cross_check import is_one_sided
+from rig.epipolar.search.found import Found
 from rig.epipolar.search.halves import HALVES, assign_halves
 from rig.epipolar.search.narrow import narrow_costs
+from rig.epipolar.search.pair import search_pair
+from rig.epipolar.search.penalties import fading_penalties, jump_penalties
 from rig.epipolar.search.plane_sweep import average, sweep_costs
 from rig.epipolar.search.shrink import grow, shrink
-from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras, Window
+from rig.epipolar.search.window import Cameras, Window
 
 _COARSE_FROM_LABELS, _COARSE_SHRINK = 96, 2
 _NARROW_UP_TO_LABELS = 8
@@ -32,48 +34,11 @@ _FEW = 0.05
 """Share of pixels without a narrow window up to which a search of small images is enough."""
 _FEW_SHRINK = 6
 _CLEARLY = 0.7
-_STEP_PENALTY, _LOW_PENALTY, _JUMP_PENALTY = 9, 8, 24
-_JUMP_PER_LABEL = 0.4
-"""The more labels there are to jump to, the more often one of them fits by chance."""
+_STEP_PENALTY = 9
 _COARSE_MEDIAN_RADIUS_PX = 3
-_FULL_MISMATCH, _TEXTURE_MISMATCH, _EDGE = 1.7, 0.7, 4.0
-_ONE_SIDED_SHIFT_PX, _SOFT_PX = 1.0, 0.6
-_ONE_SIDED_STEP_PENALTY, _ONE_SIDED_JUMP_PENALTIES = 45, (90.0, 180.0)
-_GREY_MISMATCH = 1.0
-_LARGEST_VOLUME = 8e7
-"""Costs up to which a pair is searched at full size: three bytes each."""
+_FULL_MISMATCH, _TEXTURE_MISMATCH = 1.7, 0.7
 _COARSE_STEP_PENALTY, _COARSE_JUMP_PENALTIES = 15, (20.0, 120.0)
 """Stronger where the pictures differ by more than noise."""
-
-
-@dataclass(frozen=True, slots=True)
-class Found:
-    """What a search found."""
-
-    slope_px: NDArray[np.float32]
-    """(H, W) to within about a label, px per view step."""
-    rival_px: NDArray[np.float32]
-    """(H, W) the best slope that is not beside it; NaN where none was looked at."""
-    unshared: NDArray[np.bool_]
-    """(H, W) slopes that the outermost view does not confirm, where all views lie on one side."""
-
-    @classmethod
-    def alone(cls, slope_px: NDArray[np.float32]) -> "Found":
-        """Return slopes without rivals: their surroundings were known."""
-        return cls.of_all(slope_px, np.full_like(slope_px, np.nan))
-
-    @classmethod
-    def of_all(cls, slope_px: NDArray[np.float32], rival_px: NDArray[np.float32]) -> "Found":
-        """Return slopes that nothing contradicts."""
-        return cls(slope_px, rival_px, np.zeros(slope_px.shape, np.bool_))
-
-    def only(self, wide: NDArray[np.bool_], expected_px: NDArray[np.float32]) -> "Found":
-        """Return what was found where it was looked for, what was expected elsewhere, (H, W)."""
-        return Found(
-            np.where(wide, self.slope_px, expected_px),
-            np.where(wide, self.rival_px, np.float32(np.nan)),
-            self.unshared & wide,
-        )
 
 
 class Effort(IntEnum):
@@ -126,7 +91,7 @@ def search(
     """
     wide, effort = _is_wide(window, cameras), effort_of(cameras, window)
     if effort is not Effort.FOLLOWED and is_one_sided(cameras):
-        return _search_one_sided(images, cameras, window, scales).only(wide, window.expected_px)
+        return search_pair(images, cameras, window, scales).only(wide, window.expected_px)
     match effort:
         case Effort.FULL:
             return _search_all(images, cameras, window, scales, drift)
@@ -143,53 +108,6 @@ def search(
             return Found.alone(window.expected_px)
 
 
-def _search_one_sided(
-    images: NDArray[np.float32], cameras: Cameras, window: Window, scales: Scales
-) -> Found:
-    """Search where no spare half sees what is hidden: at full size, along eight paths.
-
-    With few views one cost is a weak witness. More paths and softer texture take the place of the
-    views that are not there; labels a pixel apart keep the work down.
-    """
-    height, width = images.shape[1:]
-    step_px = _ONE_SIDED_SHIFT_PX / LABEL_SHIFT_PX * cameras.step_px
-    low_px, high_px = float(window.low_px.min()), float(window.high_px.max())
-    volume = height * width * ((high_px - low_px) / step_px + 1)
-    factor = 1 + int(volume > _LARGEST_VOLUME)
-    small = shrink(images, factor)
-    if factor > 1:
-        window = window.shrunk(factor)
-    soft = np.stack([cv2.GaussianBlur(image, (0, 0), _SOFT_PX) for image in small])
-    raised, centres = raise_texture(soft, cameras)
-    labels = _labels(float(window.low_px.min()), float(window.high_px.max()), step_px)
-    steps = cameras.x_steps, cameras.y_steps
-    mismatch = _FULL_MISMATCH * texture_levels(centres)
-    costs = sweep_costs(raised, *steps, cameras.reference, labels, mismatch, centres)
-    if scales.misfit_px == 0 and not scales.is_alike and factor == 1:
-        # Views that differ by no more than noise can be compared as they are, too.
-        own = sweep_costs(
-            small, *steps, cameras.reference, labels, _GREY_MISMATCH * scales.truncation
-        )
-        average(costs, own)
-    penalties = _fading(small[cameras.reference], *_ONE_SIDED_JUMP_PENALTIES)
-    total = aggregate(costs, *penalties, _ONE_SIDED_STEP_PENALTY)
-    add_diagonals(costs, *penalties, _ONE_SIDED_STEP_PENALTY, total)
-    slope = winners(total, labels, window.low_px, window.high_px)
-    rival, slope = rivals(total, labels, slope), window.hold(median_of_nine(slope))
-    shared = shared_slopes(total, labels, slope, cameras)
-    slope = fill_unshared(slope, shared, cameras)
-    if factor > 1:
-        shape = (height, width)
-        slope, rival = (np.float32(factor) * grow(part, factor, shape) for part in (slope, rival))
-        shared = grow(shared.astype(np.float32), factor, shape) > 0
-    return Found(slope, rival, ~shared)
-
-
-def _labels(low_px: float, high_px: float, step_px: float) -> NDArray[np.float32]:
-    count = max(3, int(np.ceil((high_px - low_px) / step_px)) + 1)
-    return np.linspace(low_px, high_px, count).astype(np.float32)
-
-
 def _search_all(
     images: NDArray[np.float32],
     cameras: Cameras,
@@ -197,7 +115,7 @@ def _search_all(
     scales: Scales,
     drift: NDArray[np.float32] | None,
 ) -> Found:
-    labels = _labels(float(window.low_px.min()), float(window.high_px.max()), cameras.step_px)
+    labels = window.labels(cameras.step_px)
     costs = sweep_costs(
         images, cameras.x_steps, cameras.y_steps, cameras.reference, labels, scales.truncation,
         drift=drift,
@@ -212,7 +130,7 @@ def _decided(
     window: Window,
     scales: Scales,
 ) -> Found:
-    penalties = _jump_penalties(grey, scales, len(labels))
+    penalties = jump_penalties(grey, scales, len(labels))
     total = aggregate(costs, *penalties, _STEP_PENALTY)
     slope = winners(total, labels, window.low_px, window.high_px)
     return Found.of_all(window.hold(median_of_nine(slope)), rivals(total, labels, slope))
@@ -229,25 +147,14 @@ def search_coarsely(
         window: the slopes to search.
     """
     raised, centres = raise_texture(images, cameras)
-    labels = _labels(float(window.low_px.min()), float(window.high_px.max()), cameras.step_px)
+    labels = window.labels(cameras.step_px)
     truncation = _FULL_MISMATCH * texture_levels(centres)
     steps = cameras.x_steps, cameras.y_steps
     costs = sweep_costs(raised, *steps, cameras.reference, labels, truncation, centres)
-    penalties = _fading(images[cameras.reference], *_COARSE_JUMP_PENALTIES)
+    penalties = fading_penalties(images[cameras.reference], *_COARSE_JUMP_PENALTIES)
     total = aggregate(costs, *penalties, _COARSE_STEP_PENALTY)
     slope = winners(total, labels, window.low_px, window.high_px)
     return window.hold(median_of_nine(slope))
-
-
-def _fading(
-    grey: NDArray[np.float32], low: float, high: float
-) -> tuple[NDArray[np.int16], NDArray[np.int16]]:
-    """Penalties that fall from high to low at the grey edges of a picture, right and down."""
-    edges = [np.abs(np.diff(grey, axis=a, prepend=grey.take([0], axis=a))) for a in (1, 0)]
-    # What most neighbours differ by is no edge.
-    scale = np.float32(_EDGE * float(np.mean([edge.mean() for edge in edges])) + 1e-6)
-    across, down = ((low + (high - low) * np.exp(-edge / scale)).astype(np.int16) for edge in edges)
-    return across, down
 
 
 def _search_narrow(
@@ -260,7 +167,7 @@ def _search_narrow(
         images, cameras.x_steps, cameras.y_steps, cameras.reference, middle, offsets,
         scales.truncation,
     )  # fmt: skip
-    penalties = _jump_penalties(images[cameras.reference], scales, len(offsets))
+    penalties = jump_penalties(images[cameras.reference], scales, len(offsets))
     total = aggregate(costs, *penalties, _STEP_PENALTY)
     offset = winners(total, offsets, window.low_px - middle, window.high_px - middle)
     return window.hold(median_of_nine(middle + offset))
@@ -351,7 +258,7 @@ def _search_small(
         misfit_px=scales.misfit_px / factor,
     )
     narrow = window.shrunk(factor)
-    labels = _labels(float(narrow.low_px.min()), float(narrow.high_px.max()), cameras.step_px)
+    labels = narrow.labels(cameras.step_px)
     steps = cameras.x_steps, cameras.y_steps
     light = None if drift is None else shrink(drift, factor)
     costs = sweep_costs(small, *steps, cameras.reference, labels, scales.truncation, drift=light)
@@ -367,16 +274,3 @@ def _search_small(
         grey_scale=2.0 * scales.likeness,
     )
     return Found.of_all(np.float32(factor) * slope, np.float32(factor) * found.rival_px)
-
-
-def _jump_penalties(
-    grey: NDArray[np.float32], scales: Scales, labels: int
-) -> tuple[NDArray[np.int16], NDArray[np.int16]]:
-    """Penalty between a pixel and its left neighbour, and between it and the one above."""
-    high = max(_JUMP_PENALTY, _LOW_PENALTY + _JUMP_PER_LABEL * labels)
-    penalties: list[NDArray[np.int16]] = []
-    for axis in (1, 0):
-        edge = np.abs(np.diff(grey, axis=axis, prepend=grey.take([0], axis=axis)))
-        fade = np.exp(-edge / np.float32(scales.likeness))
-        penalties.append((_LOW_PENALTY + (high - _LOW_PENALTY) * fade).astype(np.int16))
-    return penalties[0], penalties[1]

@@ -55,6 +55,12 @@ class Window:
         """Width of the widest window, px per view step."""
         return float((self.high_px - self.low_px).max())
 
+    def labels(self, step_px: float) -> NDArray[np.float32]:
+        """Evenly spaced slopes (L,) from the lowest to the highest, at most a step apart."""
+        low_px, high_px = float(self.low_px.min()), float(self.high_px.max())
+        count = max(3, int(np.ceil((high_px - low_px) / step_px)) + 1)
+        return np.linspace(low_px, high_px, count).astype(np.float32)
+
     def hold(self, slope_px: NDArray[np.float32]) -> NDArray[np.float32]:
         """Hold slopes (H, W) inside the window: outside it nothing was compared."""
         held = np.maximum(slope_px, self.low_px)

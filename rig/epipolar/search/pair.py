@@ -1,0 +1,93 @@
+"""The search of a pair: at full size, along eight paths, checked from the other view.
+
+Where all other views lie on one side of the reference, no spare half sees what is hidden, and with
+one difference per pixel a cost is a weak witness. More paths and softer texture take the place of
+the views that are not there; labels a pixel apart keep the work down.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.epipolar.rank import median_of_nine
+from rig.epipolar.scales import Scales
+from rig.epipolar.search.aggregate import add_diagonals, aggregate, rivals, winners
+from rig.epipolar.search.census import join_census
+from rig.epipolar.search.contrast import raise_texture, texture_levels
+from rig.epipolar.search.cross_check import fill_unshared, shared_slopes
+from rig.epipolar.search.found import Found
+from rig.epipolar.search.penalties import fading_penalties
+from rig.epipolar.search.plane_sweep import average, sweep_costs
+from rig.epipolar.search.shrink import grow, shrink
+from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras, Window
+
+_SHIFT_PX, _SOFT_PX = 1.0, 0.6
+_STEP_PENALTY, _JUMP_PENALTIES = 40, (80.0, 180.0)
+_TEXTURE_MISMATCH, _GREY_MISMATCH = 1.7, 1.0
+PAIR_ERROR_PX = _SHIFT_PX / 12**0.5
+"""Error of slopes anywhere about their label, as a shift in the outermost view, 1 sigma."""
+_LARGEST_VOLUME = 1.3e8
+"""Costs up to which it is searched at full size: four bytes each at most."""
+
+
+def search_pair(
+    images: NDArray[np.float32], cameras: Cameras, window: Window, scales: Scales
+) -> Found:
+    """Find the slope of every pixel where all other views lie on one side.
+
+    Args:
+        images: (V, H, W), equalised grey values.
+        cameras: where the views stand.
+        window: the slopes to search.
+        scales: grey scales of the images.
+    """
+    height, width = images.shape[1:]
+    step_px = _SHIFT_PX / LABEL_SHIFT_PX * cameras.step_px
+    volume = height * width * len(_whole_labels(window, step_px))
+    factor = 1 + int(volume > _LARGEST_VOLUME)
+    small = shrink(images, factor)
+    if factor > 1:
+        window = window.shrunk(factor)
+    labels = _whole_labels(window, step_px)
+    costs = _costs(small, cameras, labels, scales, is_whole=factor == 1)
+    penalties = fading_penalties(small[cameras.reference], *_JUMP_PENALTIES)
+    total = aggregate(costs, *penalties, _STEP_PENALTY)
+    add_diagonals(costs, *penalties, _STEP_PENALTY, total)
+    slope = winners(total, labels, window.low_px, window.high_px)
+    rival, slope = rivals(total, labels, slope), window.hold(median_of_nine(slope))
+    shared = shared_slopes(total, labels, slope, cameras)
+    slope = fill_unshared(slope, shared, cameras)
+    if factor > 1:
+        shape = (height, width)
+        slope, rival = (np.float32(factor) * grow(part, factor, shape) for part in (slope, rival))
+        shared = grow(shared.astype(np.float32), factor, shape) > 0
+    return Found(slope, rival, ~shared)
+
+
+def _whole_labels(window: Window, step_px: float) -> NDArray[np.float32]:
+    """Slopes (L,) that shift the outermost view by whole pixels, to both ends of the window."""
+    first = int(np.floor(float(window.low_px.min()) / step_px))
+    last = int(np.ceil(float(window.high_px.max()) / step_px))
+    return (step_px * np.arange(first, max(last, first + 2) + 1)).astype(np.float32)
+
+
+def _costs(
+    images: NDArray[np.float32],
+    cameras: Cameras,
+    labels: NDArray[np.float32],
+    scales: Scales,
+    *,
+    is_whole: bool,
+) -> NDArray[np.uint8]:
+    """Cost (H, L, W) of softened texture, and of grey values where they are to be trusted."""
+    soft = np.stack([cv2.GaussianBlur(image, (0, 0), _SOFT_PX) for image in images])
+    raised, centres = raise_texture(soft, cameras)
+    steps = cameras.x_steps, cameras.y_steps
+    mismatch = _TEXTURE_MISMATCH * texture_levels(centres)
+    costs = sweep_costs(raised, *steps, cameras.reference, labels, mismatch, centres)
+    if scales.misfit_px == 0 and not scales.is_alike and is_whole:
+        # Views that differ by no more than noise can be compared as they are, too.
+        grey_mismatch = _GREY_MISMATCH * scales.truncation
+        average(costs, sweep_costs(images, *steps, cameras.reference, labels, grey_mismatch))
+    join_census(costs, soft, cameras, labels, scales.noise)
+    return costs
