@@ -183,7 +183,8 @@ def optics_of(profile: Profile, calibration: StoredCalibration | None) -> Optics
     if calibration.rig != profile.name:
         raise ConfigError(
             f"calibration {calibration.id} is of rig {calibration.rig}, asked to use it for "
-            f"{profile.name}; choose another with --calibration, or none"
+            f"{profile.name}",
+            advice="choose another with --calibration, or none",
         )
     geometry = geometry_from_json(calibration.geometry)
     if geometry.stage is not None:
@@ -208,15 +209,17 @@ def require_matching(run: Run, calibrated: Profile, curve: StoredCurve) -> None:
         found, asked = getattr(calibrated, what), getattr(profile, what)
         shown = f"{found} there, {asked} here" if what != "views" else "other places of views"
         raise CurveError(
-            f"curve {curve.id} belongs to another rig: {what} differs ({shown}); "
-            f"run `rig sweep {profile.name}` or choose with --curve"
+            f"curve {curve.id} belongs to another rig: {what} differs ({shown})",
+            advice=f"run `rig sweep {profile.name}` or choose with --curve",
         )
     if curve.calibration_id != now:
         raise CurveError(
             f"curve {curve.id} was measured with {_in_words(curve.calibration_id)}, asked to use "
-            f"it with {_in_words(now)}: its slopes are others; run `rig fit {curve.sweep_id} "
-            f"--calibration {now or NO_CALIBRATION}`, or give "
-            f"--calibration {curve.calibration_id or NO_CALIBRATION}"
+            f"it with {_in_words(now)}: its slopes are others",
+            advice=(
+                f"run `rig fit {curve.sweep_id} --calibration {now or NO_CALIBRATION}`, or give "
+                f"--calibration {curve.calibration_id or NO_CALIBRATION}"
+            ),
         )
 
 
@@ -231,7 +234,8 @@ def _chosen_calibration(store: "Store", rig: str, choice: str | None) -> StoredC
         return None
     if not choice.isdigit():
         raise ConfigError(
-            f"--calibration {choice}: give the number of a calibration, or {NO_CALIBRATION}"
+            f"--calibration {choice}: no number",
+            advice=f"give the number of a calibration, or {NO_CALIBRATION}",
         )
     return store.calibration(int(choice))
 
@@ -245,8 +249,9 @@ def _require_same_stage(profile: Profile, calibration: StoredCalibration) -> Non
     for key in ("distance_at_machine_zero_mm", "direction"):
         if then.get(key) != stage.get(key):
             raise ConfigError(
-                f"calibration {calibration.id} was made with stage.{key} = {then.get(key)}, now it "
-                f"is {stage.get(key)}: its stage positions mean other places; calibrate again"
+                f"calibration {calibration.id} was made with stage.{key} = {then.get(key)}, now "
+                f"it is {stage.get(key)}: its stage positions mean other places",
+                advice="calibrate again",
             )
 
 

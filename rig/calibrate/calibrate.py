@@ -57,13 +57,13 @@ def run_calibration(
     """
     profile = request.profile
     if profile.target is None:
-        raise ConfigError(f"profile {profile.name}: a calibration needs [target]; add it")
+        raise ConfigError(f"profile {profile.name}: a calibration needs [target]", advice="add it")
     if request.on_stage:
         sweep_setup(profile)
     if profile.camera.is_stored and (request.resume or request.on_stage):
         raise ConfigError(
-            f"profile {profile.name}: stored pictures are read from the start and know no stage; "
-            "leave out --resume and --stage"
+            f"profile {profile.name}: stored pictures are read from the start and know no stage",
+            advice="leave out --resume and --stage",
         )
     collection = Collection(profile, target_of(profile.target))
     album = _collect(collection, request, store.frames, operator)

@@ -61,7 +61,8 @@ class Collection:
         if not self.sighted and self.tally.last is not None:
             raise TargetError(
                 f"calibration of {self.profile.name} asked for, the target is in none of "
-                f"{self.tally.pictures} pictures; the last one: {self.tally.last}",
+                f"{self.tally.pictures} pictures",
+                advice=f"the last one: {self.tally.last}",
                 reason=self.tally.last.reason,
             )
         return solve(self.profile, self.target, self.sighted, choices)

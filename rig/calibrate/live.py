@@ -55,7 +55,7 @@ def held_pictures(
             picture = Picture(number, camera.grab(timeout_s))
             now = sight(picture, target)
             moving = before is None or motion_px(before, now) > STILL_PX
-            shown = f"target in {len(now.views)} of {len(now.found)} views"
+            shown = f"target in {len(now.views)} of {len(now.by_view)} views"
             progress(len(taken), f"{shown}, moving" if moving else shown)
             if now.views and not moving and _is_new(now, taken):
                 taken.append(now)

@@ -167,4 +167,4 @@ def _from_options() -> Generator[None]:
     try:
         yield
     except ConfigError as error:
-        raise OptionError(str(error)) from error
+        raise OptionError(error.found, advice=error.advice) from error

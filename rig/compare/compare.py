@@ -115,7 +115,8 @@ def _require_same_rig(profile: Profile, sweep: Sweep) -> None:
     if what is not None:
         raise ConfigError(
             f"asked to compare {profile.name} on sweep {sweep.id} of rig {then.name}: {what} "
-            "differs from what the sweep was taken with; choose another one with --sweep"
+            "differs from what the sweep was taken with",
+            advice="choose another one with --sweep",
         )
 
 
@@ -125,8 +126,11 @@ def _require_same_calibration(run: Run, sweep: Sweep) -> None:
     if run.curve is not None and sweep.calibration_id != of_curve:
         raise ConfigError(
             f"asked to compare by curve {run.curve.id} of calibration {of_curve or 'none'} on "
-            f"sweep {sweep.id}, measured with calibration {sweep.calibration_id or 'none'}; run "
-            f"`rig fit {sweep.id} --calibration {of_curve or 'none'}`, or choose another sweep"
+            f"sweep {sweep.id}, measured with calibration {sweep.calibration_id or 'none'}",
+            advice=(
+                f"run `rig fit {sweep.id} --calibration {of_curve or 'none'}`, or choose another "
+                "sweep"
+            ),
         )
 
 
@@ -135,8 +139,8 @@ def _make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise StoreError(
-            f"comparison folder {folder}: cannot be made: {error.strerror}; choose another one "
-            "with --out"
+            f"comparison folder {folder}: cannot be made: {error.strerror}",
+            advice="choose another one with --out",
         ) from error
 
 

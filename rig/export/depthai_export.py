@@ -45,11 +45,13 @@ class DepthaiExport(GeometryExport):
 
     def __post_init__(self) -> None:
         if self.flash != (self.backup is not None):
-            raise ConfigError("--flash and --backup belong together; give both or none")
+            raise ConfigError("--flash and --backup belong together", advice="give both or none")
         if self.device and not self.flash:
-            raise ConfigError("--device names the device to --flash; give --flash as well")
+            raise ConfigError("--device names the device to --flash", advice="give --flash as well")
         if self.flash and self.device_json is not None:
-            raise ConfigError("--flash starts from what the device holds; omit --device-json")
+            raise ConfigError(
+                "--flash starts from what the device holds", advice="omit --device-json"
+            )
 
     def export(self, store: "Store", number: int, out: Path | None) -> ExportedGeometry:
         """See `Exporter.export`; with `flash` the device is read, written, and read back.

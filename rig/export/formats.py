@@ -98,10 +98,12 @@ def exporter_for(name: str, given: Mapping[str, object]) -> Exporter:
     exporter = format_named(name).load()
     foreign = [option for option in given if option not in _options(exporter)]
     if foreign:
-        raise ConfigError(f"--format {name}: {'; '.join(_homes(foreign))}")
+        raise ConfigError(
+            f"--format {name} does not know {_listed(foreign)}", advice="; ".join(_homes(foreign))
+        )
     missing = [option for option in _required(exporter) if option not in given]
     if missing:
-        raise ConfigError(f"--format {name}: needs {_listed(missing)}; give it as well")
+        raise ConfigError(f"--format {name}: needs {_listed(missing)}", advice="give it as well")
     return cast("Callable[..., Exporter]", exporter)(**given)
 
 

@@ -67,8 +67,8 @@ def geometry_format(name: str) -> GeometryFormat:
     exporter = format_named(name).load()
     if not issubclass(exporter, GeometryExport):
         raise ConfigError(
-            f"format {name} asked for a calibration; those that hold one are "
-            f"{', '.join(formats_of('geometry'))}"
+            f"format {name} asked for a calibration",
+            advice=f"those that hold one are {', '.join(formats_of('geometry'))}",
         )
     return exporter.format
 
@@ -99,7 +99,9 @@ def export_geometry(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise StoreError(f"{folder}: cannot be made: {error.strerror}; choose another") from error
+        raise StoreError(
+            f"{folder}: cannot be made: {error.strerror}", advice="choose another"
+        ) from error
     refits = _refits(geometry, target) if may_refit else {}
     cameras = zip(geometry.names, geometry.cameras, strict=True)
     written = replace(

@@ -31,8 +31,8 @@ def write_parquet(path: Path, rows: Sequence[dict[str, Cell]]) -> None:
         import pyarrow.parquet as pq  # noqa: PLC0415
     except ImportError as error:
         raise ConfigError(
-            "Parquet asked for, pyarrow is not installed; pip install 'epirig[parquet]', or take "
-            "--format csv"
+            "Parquet asked for, pyarrow is not installed",
+            advice="pip install 'epirig[parquet]', or take --format csv",
         ) from error
     schema = pa.schema(
         [

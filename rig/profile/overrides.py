@@ -34,7 +34,9 @@ def read_override(text: str) -> Override:
     key, equals, value = text.partition("=")
     path = tuple(part.strip() for part in key.split("."))
     if not equals or not all(path):
-        raise OptionError(f"--set {text}: write it as key.path=value")
+        raise OptionError(
+            f"--set {text}: names no key and value", advice="write it as key.path=value"
+        )
     return Override(text, path, _toml_value(value.strip()))
 
 
@@ -92,14 +94,16 @@ def _index(node: Any, part: str, override: Override, depth: int) -> str | int:
     if isinstance(node, dict):
         return part
     if not isinstance(node, list):
-        raise OptionError(f"--set {override.text}: {where} has no keys below it")
+        raise OptionError(
+            f"--set {override.text}: {where} has no keys below it", advice="shorten the path"
+        )
     names = _names(cast("list[Any]", node))
     if part in names:
         return names.index(part)
     if part.isdecimal() and int(part) < len(names):
         return int(part)
     known = ", ".join(name for name in names if name) or f"0..{len(names) - 1}"
-    raise OptionError(f"--set {override.text}: {where} has no {part}; there are: {known}")
+    raise OptionError(f"--set {override.text}: {where} has no {part}", advice=f"there are: {known}")
 
 
 def _names(entries: Sequence[Any]) -> list[str]:

@@ -62,9 +62,9 @@ def resumed_sweep(store: "Store", profile: Profile, sweep_id: int | None) -> Swe
     what = profile.first_difference(before, ("name", "views", "pitch_mm", "target"))
     if what is not None:
         raise ConfigError(
-            f"asked to resume sweep {sweep.id} of rig {before.name} with profile "
-            f"{profile.name}: {what} differs from what the sweep began with; use the same "
-            "profile, or begin a new sweep"
+            f"asked to resume sweep {sweep.id} of rig {before.name} with profile {profile.name}: "
+            f"{what} differs from what the sweep began with",
+            advice="use the same profile, or begin a new sweep",
         )
     run = run_with(store, profile, sweep.calibration_id)
     store.reopen_sweep(sweep.id)

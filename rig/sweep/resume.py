@@ -70,8 +70,8 @@ def _measure_again(
     text = f"{stop.distance_mm:.1f} mm measured again: slope differs by {change_px:+.4f} px"
     if abs(change_px) > config.max_motion_px:
         raise TargetError(
-            f"{text}, allowed {config.max_motion_px:.4f} px; camera, board or stage have changed "
-            "since the sweep began: begin a new one",
+            f"{text}, allowed {config.max_motion_px:.4f} px",
+            advice="camera, board or stage have changed since the sweep began: begin a new one",
             reason="changed",
         )
     tell(text)

@@ -14,7 +14,7 @@ import pytest
 import typer.main
 from typer.core import TyperCommand, TyperGroup
 
-from rig.cli import app
+from rig.cli.verbs import app
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted(

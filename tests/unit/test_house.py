@@ -68,7 +68,7 @@ NO_ADVICE = {
     "rig/curve/least_squares.py": "why one law was rejected; the fit takes another and advises",
     "rig/curve/models.py": "why one law was rejected; the fit takes another and advises",
     "rig/profile/load.py:parse_profile": "each problem of the profile names the key that is near",
-    "rig/sweep/run.py:_slopes_px": "a stored failure is one text that holds the advice",
+    "rig/sweep/resume.py:_slopes_px": "a stored failure is one text that holds the advice",
 }
 """Where an error is made without advice, and why."""
 

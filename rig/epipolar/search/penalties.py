@@ -11,7 +11,7 @@ _JUMP_PER_LABEL = 0.4
 
 
 def fading_penalties(
-    grey: NDArray[np.float32], low: float, high: float
+    grey: NDArray[np.float32], low: int, high: int
 ) -> tuple[NDArray[np.int16], NDArray[np.int16]]:
     """Penalties that fall from high to low at the grey edges of a picture, right and down."""
     edges = [np.abs(np.diff(grey, axis=a, prepend=grey.take([0], axis=a))) for a in (1, 0)]

@@ -37,7 +37,12 @@ def test_a_column_written_before_reads_and_is_written_as_before():
 
 
 def test_columns_of_the_first_versions_know_less():
-    first = {"edge_pixels": 9, "residual_levels": 2, "views": ["left"], "corners_px": []}
+    first: dict[str, object] = {
+        "edge_pixels": 9,
+        "residual_levels": 2,
+        "views": ["left"],
+        "corners_px": [],
+    }
     details = read_details(first)
     assert (details.epipolar, details.plane_sigma, details.outline_px) == (None, None, None)
     assert (details.corners_px, details.residual_levels) == ((), 2.0)
