@@ -1,5 +1,6 @@
 """The JSON column of a measurement: everything about it that no query asks for."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from rig.errors import StoreError
@@ -50,10 +51,10 @@ def details_json(measurement: Measurement) -> dict[str, object]:
     return {name: value for name, value in content.items() if value not in (None, [])}
 
 
-def read_details(column: dict[str, object]) -> Details:
+def read_details(column: Mapping[str, object]) -> Details:
     """Read the column.
 
     Raises:
         StoreError: it holds something else.
     """
-    return _JSON.from_json(column)
+    return _JSON.from_json(dict(column))
