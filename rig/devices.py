@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from types import TracebackType
 from typing import Protocol, Self
 
+from rig.errors import DeviceError
 from rig.frames import MultiView
 
 
@@ -128,3 +129,12 @@ class Stage(Device, Protocol):
     def stop(self) -> None:
         """Stop all motion now; safe from any state and any number of times."""
         ...
+
+
+def stopped(stage: Stage) -> str:
+    """Stop the stage; say in words whether it stands still, and let the first error be the one."""
+    try:
+        stage.stop()
+    except DeviceError as error:
+        return str(error)
+    return "the stage stands still"

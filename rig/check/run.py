@@ -12,21 +12,18 @@ from rig.check.scene import judge_scene
 from rig.check.span import middle_mm, plan_mm
 from rig.check.stage import judge_travel
 from rig.check.storage import judge_database, judge_room
-from rig.check.timing import asked_rate_hz, judge_drops, judge_rate, judge_skew
+from rig.check.timing import judge_drops, judge_rate, judge_skew
 from rig.curve import Curve
-from rig.devices import Camera, Clock, Stage
+from rig.devices import Camera, Clock, Stage, stopped
 from rig.errors import DeviceError, RigError, ViewSkewError
 from rig.frames import MultiView
 from rig.hardware.opening import Answers
 from rig.optics.rectifier import Rectifier
 from rig.optics.target import target_of
-from rig.profile import FolderCameraConfig, Profile, RecordingCameraConfig
-from rig.standstill import stopped
+from rig.profile import Profile
 
 STILLS = 16
 """Multi-views of the board at rest: the noise of each view is then known within 1 %."""
-_STORED = FolderCameraConfig | RecordingCameraConfig
-"""Cameras whose pictures are not repeated ones of one scene."""
 MOVING = ("settling", "curve", "reach", "repeatability")
 """Items that need the board at a known distance."""
 
@@ -93,7 +90,7 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
         except DeviceError as error:
             yield failed("move", error)
             bench = None
-    count = 1 if isinstance(profile.camera, _STORED) else STILLS
+    count = 1 if profile.camera.is_stored else STILLS
     stills = take_stills(camera, count, profile.camera.timeout_s)
     yield _camera_item(camera, stills)
     if stills.failure is None or isinstance(stills.failure, ViewSkewError):
@@ -165,7 +162,7 @@ def _over_time(profile: Profile, camera: Camera, clock: Clock, stills: Stills) -
     if stills.failure is None:
         skews_s = [multiview.skew_s for multiview in stills.multiviews]
         yield judge_skew([*skews_s, *stream.skews_s], profile.camera.max_skew_s)
-    yield judge_rate(stream, asked_rate_hz(profile.camera))
+    yield judge_rate(stream, profile.camera.asked_rate_hz)
     yield judge_drops(stream)
 
 

@@ -10,7 +10,10 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from rig.errors import ConfigError
+from rig.profile.by_kind import config_of
+from rig.profile.cameras import CameraConfig
 from rig.profile.models import Profile
+from rig.profile.stages import StageConfig
 
 _MOST_ERRORS_SHOWN = 3
 
@@ -71,7 +74,7 @@ def load_profile(name_or_path: str, overrides: Sequence[str] = ()) -> Profile:
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from error
     camera = data.get("camera")
-    for key in ("folder", "file"):
+    for key in _path_keys(camera):
         if isinstance(camera, dict) and isinstance(camera.get(key), str):
             camera[key] = str(path.resolve().parent / Path(camera[key]).expanduser())
     for override in overrides:
@@ -89,7 +92,7 @@ def parse_profile(data: object, *, source: str) -> Profile:
         return Profile.model_validate(data)
     except ValidationError as error:
         errors = error.errors(include_url=False)
-        shown = "; ".join(_describe(item) for item in errors[:_MOST_ERRORS_SHOWN])
+        shown = "; ".join(_describe(item, data) for item in errors[:_MOST_ERRORS_SHOWN])
         more = len(errors) - _MOST_ERRORS_SHOWN
         raise ConfigError(
             f"{source}: {shown}" + (f"; and {more} more" if more > 0 else "")
@@ -133,9 +136,14 @@ def _toml_value(text: str) -> Any:
         return text
 
 
-def _describe(item: ErrorDetails) -> str:
+def _path_keys(camera: object) -> tuple[str, ...]:
+    config = config_of(camera, CameraConfig)
+    return config.path_keys if issubclass(config, CameraConfig) else ()
+
+
+def _describe(item: ErrorDetails, data: object) -> str:
     location = item["loc"]
-    model, path = _walk(location)
+    model, path = _walk(location, data)
     key = ".".join(path)
     if item["type"] == "extra_forbidden":
         known = [] if model is None else list(model.model_fields)
@@ -150,7 +158,7 @@ def _describe(item: ErrorDetails) -> str:
     return f"{key}: {message}{shown}" if key else message
 
 
-def _walk(location: Sequence[int | str]) -> tuple[type[BaseModel] | None, list[str]]:
+def _walk(location: Sequence[int | str], data: object) -> tuple[type[BaseModel] | None, list[str]]:
     """Follow an error's location; return the model that holds its last key, and the plain path."""
     annotation: Any = Profile
     holder: type[BaseModel] | None = Profile
@@ -165,9 +173,20 @@ def _walk(location: Sequence[int | str]) -> tuple[type[BaseModel] | None, list[s
         path.append(str(step))
         if holder is not None and isinstance(step, str) and step in holder.model_fields:
             annotation = holder.model_fields[step].annotation
+            if holder is Profile:
+                annotation = _section_model(annotation, step, data)
         elif holder is not None and not isinstance(step, int) and annotation is holder:
             annotation = None
     return holder, path
+
+
+def _section_model(annotation: Any, key: str, data: object) -> Any:
+    """Return the model that the `kind` of a section selects, where one does."""
+    section = cast("dict[str, Any]", data).get(key) if isinstance(data, dict) else None
+    for base in (CameraConfig, StageConfig):
+        if base in _models_in(annotation):
+            return config_of(section, base)
+    return annotation
 
 
 def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 
 from rig.calibrations import calibration_of, chosen_calibration
 from rig.database import Measurement, SampleKey, Store, software_versions
-from rig.devices import SystemClock
+from rig.devices import SystemClock, stopped
 from rig.errors import ConfigError, RigError, StoreError, TargetError
 from rig.hardware.opening import Hardware
 from rig.interrupts import Interrupts
 from rig.optics.rectifier import Rectifier, rectifier_of
 from rig.plan import Stop
 from rig.profile import Profile
-from rig.standstill import stopped
 from rig.sweep.conclude import SweepResult, conclude_sweep, stored_profile
 from rig.sweep.measure_sample import measure_sample
 from rig.sweep.measuring_thread import MeasuringThread
