@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from types import TracebackType
 from typing import Protocol, Self
 
-from rig.errors import DeviceError
+from rig.errors import DeviceError, DeviceLostError
 from rig.frames import MultiView
 
 
@@ -129,6 +129,11 @@ class Stage(Device, Protocol):
     def stop(self) -> None:
         """Stop all motion now; safe from any state and any number of times."""
         ...
+
+
+def not_open(device: str) -> DeviceLostError:
+    """Return the error of a camera that is asked for frames outside `with`."""
+    return DeviceLostError(device, 'asked for frames, but it is not open; use "with camera:"')
 
 
 def stopped(stage: Stage) -> str:

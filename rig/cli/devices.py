@@ -16,6 +16,12 @@ def devices(
     timeout_s: Annotated[
         float, typer.Option("--timeout-s", min=0.1, help="Longest wait for every search.")
     ] = 1.6,
+    udev_rules: Annotated[
+        bool,
+        typer.Option(
+            "--udev-rules", help="Print rules that let users open devices (Linux), and end."
+        ),
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """List cameras and serial ports with the names that a profile needs.
@@ -23,9 +29,12 @@ def devices(
     Nothing is opened for longer than it takes to ask what it is; no stage is reset or moved. What
     stands in the way (permission, a missing extra) is told with what to do.
     """
-    from rig.hardware.find import broken_plugins, find_devices
+    from rig.hardware import find
 
-    found, broken = find_devices(timeout_s), broken_plugins()
+    if udev_rules:
+        show(find.udev_rules().rstrip())
+        return
+    found, broken = find.find_devices(timeout_s), find.broken_plugins()
     if as_json:
         listed: dict[str, object] = {findings.kind: findings.as_dict() for findings in found}
         show_json({**listed, **({"broken_plugins": list(broken)} if broken else {})})

@@ -1,5 +1,7 @@
 """What is plugged in: every kind's own search, all at the same time."""
 
+from importlib.resources import files
+
 from rig.discovery import Findings, Search, search_all
 from rig.profile.plugins import CAMERAS, STAGES
 
@@ -21,3 +23,9 @@ def find_devices(timeout_s: float) -> tuple[Findings, ...]:
 def broken_plugins() -> tuple[str, ...]:
     """Return one line for every plug-in that cannot be used; it begins with its package."""
     return (*CAMERAS.problems(), *STAGES.problems())
+
+
+def udev_rules() -> str:
+    """Return the rules by which Linux lets its users open the devices that rig drives."""
+    shipped = sorted(files("rig_drivers").joinpath("udev").iterdir(), key=lambda file: file.name)
+    return "\n".join(file.read_text(encoding="utf-8") for file in shipped)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rig.discovery import FoundDevice
 from rig.errors import ConfigError, DeviceNotFoundError
-from rig_drivers.permission import why_not_permitted
+from rig_drivers.permission import UDEV, why_not_permitted
 from rig_drivers.usb import MOVIDIUS, UsbDevice, usb_devices
 
 if TYPE_CHECKING:
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 _HEAD_START = 0.95
 """Share of the time within which DepthAI has to answer, so that its silence is told as such."""
-_RULES = "docs/how-to/udev/80-oak.rules"
 
 
 def list_oaks(timeout_s: float) -> tuple[FoundDevice, ...]:
@@ -61,7 +60,7 @@ def joined(answers: Sequence["Answer"], on_usb: Sequence[UsbDevice]) -> tuple[Fo
 
 def _why_hidden(device: UsbDevice) -> str:
     if why_not_permitted(device.node) is not None:
-        return f"may not be opened; install {_RULES} and plug it in again"
+        return f"may not be opened; {UDEV}"
     return "DepthAI does not show it; another program may use it: close that, or plug it in again"
 
 
