@@ -1,10 +1,10 @@
 """What every camera and every stage has to keep, as tests that any package can run.
 
-    pytest --pyargs rig.testing
+    pytest --pyargs rig.testing -p my_devices.testing
 
-runs both suites over the devices that two fixtures name, `camera_case` and `stage_case`; a package
-defines them in its `conftest.py`, or in a module given with `-p`. `rig.testing.test_camera` and
-`rig.testing.test_stage` run one of them. Needs the extra `test`.
+runs both suites over the devices that two fixtures of that module name, `camera_case` and
+`stage_case`. `rig.testing.test_camera` and `rig.testing.test_stage` run one of them; a test file
+with such a fixture may import all names of a suite instead. Needs the extra `test`.
 """
 
 import pytest

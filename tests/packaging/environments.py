@@ -18,7 +18,9 @@ def built_wheel(project: Path, folder: Path) -> Path:
     return wheel
 
 
-def run(command: list[str], folder: Path, **environment: str) -> str:
+def run(
+    command: list[str], folder: Path, *, codes: tuple[int, ...] = (0,), **environment: str
+) -> str:
     """Run a command in a folder and return what it printed; its failure is shown whole."""
     ended = subprocess.run(
         command,
@@ -28,7 +30,7 @@ def run(command: list[str], folder: Path, **environment: str) -> str:
         text=True,
         check=False,
     )
-    assert ended.returncode == 0, f"{command}\n{ended.stdout}\n{ended.stderr}"
+    assert ended.returncode in codes, f"{command}\n{ended.stdout}\n{ended.stderr}"
     return ended.stdout
 
 
@@ -85,12 +87,13 @@ class Environment:
         """Run Python in it."""
         return run([str(self.bin / "python"), *arguments], folder)
 
-    def rig(self, *arguments: str, folder: Path) -> str:
+    def rig(self, *arguments: str, folder: Path, codes: tuple[int, ...] = (0,)) -> str:
         """Run `rig` in it, with a database in the folder."""
         command = "import sys; from rig.cli import main; sys.argv[0] = 'rig'; main()"
         return run(
             [str(self.bin / "python"), "-P", "-c", command, *arguments],
             folder,
+            codes=codes,
             RIG_DATABASE=f"sqlite:///{folder}/rig.sqlite",
             PYTEST_ADDOPTS="",
         )

@@ -1,7 +1,6 @@
 """The example package of docs/, installed beside rig: a profile uses it, verbs list it."""
 
 import json
-import shutil
 from pathlib import Path
 
 import pytest
@@ -33,40 +32,43 @@ def test_it_is_listed_and_begins_a_profile_that_runs(environment: Environment, t
     text = (tmp_path / "calib_profiles" / "mine.toml").read_text()
     assert 'kind = "pattern"  # found: pattern-1' in text
     assert "PatternCameraConfig" in environment.rig("profile", "schema", folder=tmp_path)
-    narrow = ("--set", "slopes.range_px=[-6, 6]", "--set", "pitch_mm=60")
-    ended = json.loads(
-        environment.rig(
-            *("capture", "mine", "--slopes-only", "--frames", "2", "--out", "out", "--json"),
-            *narrow,
-            folder=tmp_path,
-        )
+    checked = json.loads(
+        environment.rig("check", "mine", "--no-move", "--json", folder=tmp_path, codes=(0, 3))
     )
-    assert ended["frames"] == 2
+    found_items = {item["item"]: item for item in checked["items"]}
+    assert found_items["camera"]["status"] == "pass"
+    assert "drawn dots" in found_items["camera"]["found"]
+    assert found_items["stage"]["status"] == "pass"
+    assert "counts only" in found_items["stage"]["found"]
+
+
+def suites(environment: Environment, folder: Path, what: str, devices: str) -> str:
+    """Run suites of rig over the devices that a module names."""
+    words = ("-m", "pytest", "--pyargs", what, "-p", devices, "-q", "-p", "no:cacheprovider")
+    return environment.python(*words, folder=folder)
 
 
 def test_it_passes_the_suites_of_rig(environment: Environment, tmp_path: Path):
-    shutil.copy(EXAMPLE / "conftest.py", tmp_path)
-    told = environment.python(
-        *("-m", "pytest", "--pyargs", "rig.testing", "-q", "-p", "no:cacheprovider"),
-        folder=tmp_path,
-    )
+    told = suites(environment, tmp_path, "rig.testing", "rig_example_devices.testing")
     assert " passed" in told
     assert "skipped" not in told
 
 
-def test_the_suites_can_fail(environment: Environment, tmp_path: Path):
-    """A camera that gives writable pixels, or a stage that clips, would be noticed."""
-    conftest = (EXAMPLE / "conftest.py").read_text()
-    clipping = conftest.replace(
-        "return StageCase(DummyStage(config, clock)", "return StageCase(Clipping(config, clock)"
-    ) + (
-        "\n\nclass Clipping(DummyStage):\n"
+def test_a_stage_that_clips_is_noticed(environment: Environment, tmp_path: Path):
+    (tmp_path / "clipping.py").write_text(
+        "import pytest\n"
+        "from rig.testing import StageCase\n"
+        "from rig_example_devices.dummy_stage import DummyStage\n"
+        "from rig_example_devices.kind import DummyStageConfig\n"
+        "from rig_example_devices.testing import QuickClock\n"
+        "class Clipping(DummyStage):\n"
         "    def move_to(self, position_mm, timeout_s):\n"
         "        return super().move_to(min(max(position_mm, 400.0), 1200.0), timeout_s)\n"
+        "@pytest.fixture\n"
+        "def stage_case():\n"
+        "    clock = QuickClock()\n"
+        "    config = DummyStageConfig(kind='dummy', travel_mm=(400.0, 1200.0))\n"
+        "    return StageCase(Clipping(config, clock), clock, 0.001)\n"
     )
-    (tmp_path / "conftest.py").write_text(clipping)
-    with pytest.raises(AssertionError, match="test_outside_the_travel_nothing_moves"):
-        environment.python(
-            *("-m", "pytest", "--pyargs", "rig.testing.test_stage", "-q", "-p", "no:cacheprovider"),
-            folder=tmp_path,
-        )
+    with pytest.raises(AssertionError, match="FAILED .*test_outside_the_travel_nothing_moves"):
+        suites(environment, tmp_path, "rig.testing.test_stage", "clipping")

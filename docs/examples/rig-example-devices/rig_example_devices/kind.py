@@ -23,9 +23,9 @@ class PatternCameraConfig(CameraConfig):
 
     kind: Literal["pattern"]
     """Selects the drawn pattern."""
-    width_px: int = Field(default=160, ge=16)
+    width_px: int = Field(default=320, ge=16)
     """Image width."""
-    height_px: int = Field(default=120, ge=16)
+    height_px: int = Field(default=240, ge=16)
     """Image height."""
     slope_px: float = 2.0
     """How far the dots move from view to view, px per view step."""

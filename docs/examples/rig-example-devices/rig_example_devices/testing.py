@@ -1,13 +1,13 @@
-"""Names the devices for the suites: `pytest --pyargs rig.testing` in this folder."""
+"""Names the devices for the suites: `pytest --pyargs rig.testing -p rig_example_devices.testing`."""
 
 import pytest
-from rig_example_devices.dummy_stage import DummyStage
-from rig_example_devices.kind import DummyStageConfig, PatternCameraConfig
-from rig_example_devices.pattern_camera import PatternCamera
 
 from rig.devices import SystemClock
 from rig.profile import ViewConfig
 from rig.testing import CameraCase, StageCase
+from rig_example_devices.dummy_stage import DummyStage
+from rig_example_devices.kind import DummyStageConfig, PatternCameraConfig
+from rig_example_devices.pattern_camera import PatternCamera
 
 
 class QuickClock:
