@@ -20,9 +20,9 @@ from rig.devices import Clock
 from rig.errors import DeviceLostError, RigError
 from rig.plan import Stop, plan_stops
 from rig.sweep.take import SweepTimes, run_sweep
+from rig.testing.witness import Witness
 from tests.support.stages import MARLIN, STAGE, ZABER, Bench, simulated_bench
 from tests.support.wire_faults import IN_MOTION, MAKERS, NO_FAULT
-from tests.support.witness import Witness
 
 STAGES = {config.kind: config for config in (STAGE, ZABER, MARLIN)}
 DISTANCES_MM = (115.0, 130.0, 160.0, 185.0, 199.0)

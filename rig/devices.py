@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from types import TracebackType
 from typing import Protocol, Self
 
+from rig.errors import DeviceError, DeviceLostError
 from rig.frames import MultiView
 
 
@@ -128,3 +129,19 @@ class Stage(Device, Protocol):
     def stop(self) -> None:
         """Stop all motion now; safe from any state and any number of times."""
         ...
+
+
+def not_open(device: str) -> DeviceLostError:
+    """Return the error of a camera that is asked for frames outside `with`."""
+    return DeviceLostError(
+        device, "asked for frames, but it is not open", advice='use "with camera:"'
+    )
+
+
+def stopped(stage: Stage) -> str:
+    """Stop the stage; say in words whether it stands still, and let the first error be the one."""
+    try:
+        stage.stop()
+    except DeviceError as error:
+        return str(error)
+    return "the stage stands still"

@@ -36,13 +36,15 @@ class Findings:
     """What one kind of search found."""
 
     kind: str
-    """`oak`, `v4l2` or `serial`."""
+    """Name of the search, such as `v4l2` or `serial`."""
     key: str
     """Key of a profile that takes the names."""
     devices: tuple[FoundDevice, ...] = ()
     note: str | None = None
     """What is missing for the search itself, and how to mend it; None if all is well."""
     took_s: float = 0.0
+    title: str = ""
+    """What a person calls such devices."""
 
     def as_dict(self) -> dict[str, object]:
         """Return it as the command line's JSON contract."""
@@ -62,6 +64,8 @@ class Search:
     key: str
     find: Callable[[float], Sequence[FoundDevice]]
     """Called with the time that it may take, s; may raise `RigError`."""
+    title: str = ""
+    """What a person calls such devices, as `serial ports`."""
 
 
 @dataclass(slots=True)
@@ -93,13 +97,9 @@ def _run(search: Search, answer: _Answer, timeout_s: float) -> None:
     begun_s = time.monotonic()
     try:
         devices = tuple(search.find(timeout_s))
-        answer.findings = Findings(
-            search.kind, search.key, devices, None, time.monotonic() - begun_s
-        )
+        answer.findings = _findings(search, devices, None, time.monotonic() - begun_s)
     except RigError as error:
-        answer.findings = Findings(
-            search.kind, search.key, (), str(error), time.monotonic() - begun_s
-        )
+        answer.findings = _findings(search, (), str(error), time.monotonic() - begun_s)
     except BaseException as error:
         answer.failure = error
     finally:
@@ -112,11 +112,16 @@ def _wait(search: Search, answer: _Answer, deadline_s: float, timeout_s: float) 
         raise answer.failure
     if answer.findings is not None:
         return answer.findings
-    return Findings(
-        search.kind,
-        search.key,
+    return _findings(
+        search,
         (),
         f"no answer within {timeout_s:.1f} s; give it more time with --timeout-s, or look for a "
         "device that hangs",
         timeout_s,
     )
+
+
+def _findings(
+    search: Search, devices: tuple[FoundDevice, ...], note: str | None, took_s: float
+) -> Findings:
+    return Findings(search.kind, search.key, devices, note, took_s, search.title or search.kind)

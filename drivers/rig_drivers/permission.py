@@ -4,6 +4,9 @@ import grp
 import os
 from pathlib import Path
 
+UDEV = "install the rules that `rig devices --udev-rules` prints, and plug it in again"
+"""What to do where a system gives devices of a kind to nobody."""
+
 
 def why_not_permitted(path: Path) -> str | None:
     """Return why a device file may not be read and written, with what to do; None where it may.
@@ -15,7 +18,7 @@ def why_not_permitted(path: Path) -> str | None:
         return None
     group = _group_of(path)
     if group is None or group == "root":
-        return "may not be opened; install the udev rules of docs/how-to/udev and plug it in again"
+        return f"may not be opened; {UDEV}"
     return f"may not be opened; sudo usermod -aG {group} $USER, then log out and in again"
 
 

@@ -12,8 +12,8 @@ from rig.check.scene import judge_scene
 from rig.check.span import middle_mm, plan_mm
 from rig.check.stage import judge_travel
 from rig.check.storage import judge_room
-from rig.check.timing import asked_rate_hz, judge_drops, judge_rate, judge_skew
-from rig.devices import Camera, Clock, Stage
+from rig.check.timing import judge_drops, judge_rate, judge_skew
+from rig.devices import Camera, Clock, Stage, stopped
 from rig.errors import DeviceError, RigError, ViewSkewError
 from rig.frames import MultiView
 from rig.hardware.opening import Answers, open_what_answers
@@ -21,7 +21,6 @@ from rig.interrupts import Interrupts
 from rig.optics.target import target_of
 from rig.profile import Profile
 from rig.progress import Tell
-from rig.standstill import stopped
 from rig.stored import Run, RunChoice
 
 STILLS = 16
@@ -187,7 +186,7 @@ def _over_time(profile: Profile, camera: Camera, clock: Clock, stills: Stills) -
     if stills.failure is None:
         skews_s = [multiview.skew_s for multiview in stills.multiviews]
         yield judge_skew([*skews_s, *stream.skews_s], profile.camera.max_skew_s)
-    yield judge_rate(stream, asked_rate_hz(profile.camera))
+    yield judge_rate(stream, profile.camera.asked_rate_hz)
     yield judge_drops(stream)
 
 

@@ -8,7 +8,6 @@ import numpy as np
 from rig.check.items import Item, graded, worst
 from rig.check.stills import ViewStills
 from rig.frames import MultiView
-from rig.profile import CameraConfig, OakCameraConfig, SimCameraConfig, V4l2CameraConfig
 
 SLOW, CRAWLING = 0.05, 0.5
 """Missing share of the frame rate that was asked for."""
@@ -51,17 +50,6 @@ def stream_of(multiviews: Sequence[MultiView], dropped: Mapping[str, int]) -> St
         dropped={reason: count for reason, count in dropped.items() if count > 0},
         missing_numbers=int(np.maximum(gaps, 0).sum(axis=0).max(initial=0)),
     )
-
-
-def asked_rate_hz(camera: CameraConfig) -> float | None:
-    """Return the frame rate that a profile asks for; stored images have none."""
-    match camera:
-        case SimCameraConfig():
-            return 1.0 / camera.frame_interval_s
-        case OakCameraConfig() | V4l2CameraConfig():
-            return camera.rate_hz
-        case _:
-            return None
 
 
 def judge_skew(skews_s: Sequence[float], max_skew_s: float) -> Item:

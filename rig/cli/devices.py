@@ -10,8 +10,6 @@ from rig.cli.output import show, show_json
 if TYPE_CHECKING:
     from rig.discovery import Findings
 
-_TITLES = {"oak": "OAK cameras", "v4l2": "V4L2 cameras", "serial": "serial ports"}
-
 
 def devices(
     *,
@@ -25,6 +23,12 @@ def devices(
             help="Longest wait for every search.",
         ),
     ] = 1.6,
+    udev_rules: Annotated[
+        bool,
+        typer.Option(
+            "--udev-rules", help="Print rules that let users open devices (Linux), and end."
+        ),
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """List cameras and serial ports with the names that a profile needs.
@@ -32,14 +36,20 @@ def devices(
     Nothing is opened for longer than it takes to ask what it is; no stage is reset or moved. What
     stands in the way (permission, a missing extra) is told with what to do.
     """
-    from rig.hardware.find import find_devices
+    from rig.hardware import find
 
-    found = find_devices(timeout_s)
+    if udev_rules:
+        show(find.udev_rules().rstrip())
+        return
+    found, broken = find.find_devices(timeout_s), find.broken_plugins()
     if as_json:
-        show_json({findings.kind: findings.as_dict() for findings in found})
+        listed: dict[str, object] = {findings.kind: findings.as_dict() for findings in found}
+        show_json({**listed, **({"broken_plugins": list(broken)} if broken else {})})
         return
     for findings in found:
         _show(findings)
+    for line in broken:
+        show(f"plug-in -> {line}")
     if not any(findings.devices for findings in found):
         show()
         show("nothing is plugged in; without hardware: rig sweep sim, then rig capture sim")
@@ -50,7 +60,7 @@ def devices(
 
 def _show(findings: "Findings") -> None:
     count = len(findings.devices)
-    show(f"{_TITLES[findings.kind]}: {count or 'none'}" + (f" ({findings.key})" if count else ""))
+    show(f"{findings.title}: {count or 'none'}" + (f" ({findings.key})" if count else ""))
     for device in findings.devices:
         also = f"; also {', '.join(device.other_names)}" if device.other_names else ""
         show(f"  {device.name}")

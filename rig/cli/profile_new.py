@@ -1,28 +1,26 @@
 """`rig profile new`: a commented profile from what is plugged in, or from another profile."""
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from rig.cli.choices import one_of
 from rig.cli.output import show, tell
 
-
-class NewCamera(StrEnum):
-    """Kinds of cameras that a new profile can have."""
-
-    V4L2 = "v4l2"
-    OAK = "oak"
+NO_STAGE = "none"
 
 
-class NewStage(StrEnum):
-    """Kinds of stages that a new profile can have."""
+def _cameras() -> tuple[str, ...]:
+    from rig.profile.template import new_cameras
 
-    GRBL = "grbl"
-    ZABER = "zaber"
-    MARLIN = "marlin"
-    NONE = "none"
+    return new_cameras()
+
+
+def _stages() -> tuple[str, ...]:
+    from rig.profile.template import new_stages
+
+    return (*new_stages(), NO_STAGE)
 
 
 def new_profile(
@@ -37,15 +35,28 @@ def new_profile(
         ),
     ] = None,
     camera: Annotated[
-        NewCamera | None, typer.Option(help="Kind of camera.", show_default="what is there")
+        str | None,
+        typer.Option(
+            parser=one_of(_cameras),
+            autocompletion=_cameras,
+            metavar="KIND",
+            help="Kind of camera; a wrong word lists them.",
+            show_default="what is there",
+        ),
     ] = None,
     views: Annotated[
         int | None,
         typer.Option(min=2, max=5, help="How many views.", show_default="what is there"),
     ] = None,
     stage: Annotated[
-        NewStage | None,
-        typer.Option(help="What the stage speaks.", show_default="by its adapter, else grbl"),
+        str | None,
+        typer.Option(
+            parser=one_of(_stages),
+            autocompletion=_stages,
+            metavar="KIND",
+            help="What the stage speaks, or none; a wrong word lists all.",
+            show_default="by its adapter, else the first",
+        ),
     ] = None,
     out: Annotated[
         Path | None,
@@ -75,10 +86,10 @@ def new_profile(
         recipe = recipe_for(
             name,
             find_devices(timeout_s=5.0),
-            camera=None if camera is None else camera.value,
+            camera=camera,
             views=views,
-            stage=None if stage in (None, NewStage.NONE) else stage.value,
-            has_stage=stage is not NewStage.NONE,
+            stage=None if stage == NO_STAGE else stage,
+            has_stage=stage != NO_STAGE,
         )
         text = profile_text(recipe)
     write_new(path, text)

@@ -1,11 +1,11 @@
 """`rig sim`: simulated devices for other programs."""
 
 import sys
-from enum import StrEnum
 from typing import Annotated
 
 import typer
 
+from rig.cli.choices import one_of
 from rig.cli.options import AsJson, Overrides
 from rig.cli.output import show, show_json, tell
 
@@ -14,12 +14,10 @@ INTERRUPTED = 130
 app = typer.Typer(help="Simulated devices for other programs.", no_args_is_help=True)
 
 
-class Protocol(StrEnum):
-    """Serial protocols that the simulated stage speaks."""
+def _protocols() -> tuple[str, ...]:
+    from rig.hardware.opening import simulated_protocols
 
-    GRBL = "grbl"
-    ZABER = "zaber"
-    MARLIN = "marlin"
+    return simulated_protocols()
 
 
 @app.callback()
@@ -33,7 +31,15 @@ def stage(
         str, typer.Argument(metavar="[PROFILE]", help="Simulated rig whose stage it is.")
     ] = "sim",
     *,
-    protocol: Annotated[Protocol, typer.Option(help="What the stage speaks.")] = Protocol.GRBL,
+    protocol: Annotated[
+        str,
+        typer.Option(
+            parser=one_of(_protocols),
+            autocompletion=_protocols,
+            metavar="PROTOCOL",
+            help="What the stage speaks; a wrong word lists all.",
+        ),
+    ] = "grbl",
     tcp: Annotated[
         int | None,
         typer.Option(
@@ -59,15 +65,15 @@ def stage(
 
     def announce(port: str) -> None:
         if as_json:
-            show_json({"protocol": protocol.value, "port": port, "baud": 115200})
+            show_json({"protocol": protocol, "port": port, "baud": 115200})
         else:
             show(port)
-            tell(f"a {protocol.value} stage answers at {port}, 115200 baud; Ctrl-C ends it")
+            tell(f"a {protocol} stage answers at {port}, 115200 baud; Ctrl-C ends it")
         sys.stdout.flush()
 
     try:
         with Interrupts():  # a shell that starts it in the background hands Ctrl-C down ignored
-            serve_simulated_stage(profile, protocol.value, announce, tcp_port=tcp)
+            serve_simulated_stage(profile, protocol, announce, tcp_port=tcp)
     except KeyboardInterrupt:
         tell("the simulated stage is gone")
         raise typer.Exit(INTERRUPTED) from None

@@ -1,31 +1,18 @@
 """From a profile to opened devices: the only place that knows drivers and simulation."""
 
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.devices import Camera, Clock, Stage, SystemClock
 from rig.errors import ConfigError, RigError
-from rig.profile import (
-    FolderCameraConfig,
-    GrblStageConfig,
-    MarlinStageConfig,
-    OakCameraConfig,
-    Profile,
-    RecordingCameraConfig,
-    SimCameraConfig,
-    StageConfig,
-    StageProtocol,
-    V4l2CameraConfig,
-    ZaberStageConfig,
-)
+from rig.profile import Profile, StageConfig
+from rig.profile.kinds import Surroundings
+from rig.profile.plugins import CAMERAS, STAGES
 
 if TYPE_CHECKING:
     from rig_drivers.oak.eeprom import Eeprom
-    from rig_drivers.oak.sensors import Sensors
-    from rig_sim.world import World
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,112 +111,23 @@ class _Bench:
         target_in_hand: bool = False,
     ) -> None:
         self._profile = profile
-        self._world: World | None = None
         self.clock: Clock = SystemClock()
+        simulated: object | None = None
         if profile.is_simulated(with_stage=uses_stage):
-            from rig_sim.bench import plugged_world
+            from rig_sim.bench import SimulatedBench, plugged_world
 
             world = stack.enter_context(
                 plugged_world(profile, uses_stage=uses_stage, target_in_hand=target_in_hand)
             )
-            self._world, self.clock = world, world.clock
+            simulated, self.clock = SimulatedBench(world), world.clock
+        self._around = Surroundings(profile.name, profile.views, self.clock, simulated)
 
     def camera(self) -> Camera:
-        match self._profile.camera:
-            case SimCameraConfig() as config:
-                from rig_sim.camera import SimCamera
-
-                return SimCamera(config, self._looked_at())
-            case FolderCameraConfig() as config:
-                from rig_drivers.stored.folder import FolderCamera
-
-                return FolderCamera(
-                    config, self._profile.views, root=Path(config.folder), clock=self.clock
-                )
-            case RecordingCameraConfig() as config:
-                from rig_drivers.stored.recording import ReplayCamera
-
-                return ReplayCamera(config, self._profile.views, self.clock)
-            case OakCameraConfig() as config:
-                return self._oaks(config)
-            case V4l2CameraConfig() as config:
-                return self._v4l2_array(config)
-
-    def _v4l2_array(self, config: V4l2CameraConfig) -> Camera:
-        from rig_drivers.array.camera_array import CameraArray
-        from rig_drivers.v4l2 import LinuxKernel, V4l2Camera
-
-        views = [view.name for view in self._profile.views]
-        kernel = LinuxKernel()
-        return CameraArray(
-            [V4l2Camera(config, view, kernel=kernel, clock=SystemClock()) for view in views],
-            views=views,
-            period_s=1.0 / config.rate_hz,
-            max_skew_s=config.max_skew_s,
-            timeout_s=config.timeout_s,
-        )
-
-    def _oaks(self, config: OakCameraConfig) -> Camera:
-        from rig_drivers.oak.camera import OakCamera
-
-        views = [view.name for view in self._profile.views]
-        cameras = [
-            OakCamera(
-                config,
-                [view for view in views if view in sockets],
-                self._oak_sensors(config, device, sockets),
-                self.clock,
-            )
-            for device, sockets in config.by_device.items()
-        ]
-        if len(cameras) == 1:
-            return cameras[0]
-        from rig_drivers.array.camera_array import CameraArray
-
-        return CameraArray(
-            cameras,
-            views=views,
-            period_s=1.0 / config.rate_hz,
-            max_skew_s=config.max_skew_s,
-            timeout_s=config.timeout_s,
-        )
-
-    def _oak_sensors(
-        self, config: OakCameraConfig, device: str, sockets: Mapping[str, str]
-    ) -> "Sensors":
-        if not config.is_simulated:
-            from rig_drivers.oak.device_sensors import DeviceSensors
-
-            return DeviceSensors(config, device, sockets)
-        from rig_drivers.oak.host_sensors import HostSensors
-        from rig_sim.oak import SimOakRack
-
-        return HostSensors(
-            SimOakRack(config, self._looked_at(), device=device, views=tuple(sockets))
-        )
-
-    def _looked_at(self) -> "World":
-        if self._world is None:
-            raise ConfigError(
-                f"profile {self._profile.name}: has no [world] to look at",
-                advice="add it to the file",
-            )
-        return self._world
+        config = self._profile.camera
+        return CAMERAS.kind(config.kind).open(config, self._around)
 
     def stage(self, config: StageConfig) -> Stage:
-        match config:
-            case GrblStageConfig():
-                from rig_drivers.grbl.controller import grbl_stage
-
-                return grbl_stage(config, self.clock)
-            case ZaberStageConfig():
-                from rig_drivers.zaber.controller import zaber_stage
-
-                return zaber_stage(config, self.clock)
-            case MarlinStageConfig():
-                from rig_drivers.marlin.controller import marlin_stage
-
-                return marlin_stage(config, self.clock)
+        return STAGES.kind(config.kind).open(config, self._around)
 
 
 @contextmanager
@@ -251,7 +149,7 @@ def oak_eeprom(device: str) -> Generator["Eeprom"]:
 
 def serve_simulated_stage(
     profile: Profile,
-    protocol: StageProtocol,
+    protocol: str,
     on_ready: Callable[[str], None],
     *,
     tcp_port: int | None = None,
@@ -260,13 +158,21 @@ def serve_simulated_stage(
 
     Args:
         profile: a simulated rig.
-        protocol: what its controller speaks.
+        protocol: what its controller speaks, one of `simulated_protocols`.
         on_ready: called once with the path or URL of the port to open.
         tcp_port: TCP port on the loopback interface, 0 for a free one; None for a pty.
 
     Raises:
-        ConfigError: the profile has no `[world]`, or the TCP port is taken.
+        ConfigError: the profile has no `[world]`, the protocol is not simulated, or the TCP port
+            is taken.
     """
     from rig_sim.bench import serve_stage
 
     serve_stage(profile, protocol, on_ready, tcp_port=tcp_port)
+
+
+def simulated_protocols() -> tuple[str, ...]:
+    """Return the kinds of stages that `serve_simulated_stage` can be."""
+    from rig_sim.firmware import protocols
+
+    return protocols()

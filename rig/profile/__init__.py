@@ -9,16 +9,16 @@ from rig.profile.cameras import (
     SimCameraConfig,
     V4l2CameraConfig,
 )
-from rig.profile.models import Profile, SweepConfig, ViewConfig
+from rig.profile.models import Profile, SweepConfig
 from rig.profile.stages import (
     GrblStageConfig,
     MarlinStageConfig,
     SerialStageConfig,
     StageConfig,
-    StageProtocol,
     ZaberStageConfig,
 )
 from rig.profile.targets import CharucoConfig, CheckerboardConfig, TargetConfig
+from rig.profile.views import ViewConfig
 from rig.profile.world import (
     CarriageConfig,
     FirmwareConfig,
@@ -44,7 +44,6 @@ __all__ = [
     "SerialStageConfig",
     "SimCameraConfig",
     "StageConfig",
-    "StageProtocol",
     "SweepConfig",
     "TargetConfig",
     "V4l2CameraConfig",

@@ -1,6 +1,7 @@
 """Cameras in a profile: one closed model per kind, told apart by `kind`."""
 
-from typing import Annotated, ClassVar, Literal, Self
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -19,12 +20,14 @@ class NoiseConfig(Model):
     """Conversion gain: the variance of a pixel grows by grey value / `electrons_per_level`."""
 
 
-class CameraLimits(Model):
-    """What every kind of camera has to keep."""
+class CameraConfig(Model):
+    """What every kind of camera has, and what a run may ask of it without knowing the kind."""
 
-    is_stored: ClassVar[bool] = False
-    """Whether pictures come from files: they end, each shows another scene, and no stage moves."""
+    path_keys: ClassVar[tuple[str, ...]] = ()
+    """Keys whose relative paths start at the profile file."""
 
+    kind: Any
+    """Selects the kind; every kind narrows it to a literal of its own."""
     timeout_s: Positive = 3.0
     """Longest wait for one multi-view."""
     max_skew_s: Positive = 0.005
@@ -32,8 +35,43 @@ class CameraLimits(Model):
     noise: NoiseConfig | None = None
     """Measured noise, by which pixels are weighed; without it the pictures themselves tell it."""
 
+    @property
+    def is_stored(self) -> bool:
+        """Whether the pictures are there already, each to be had once."""
+        return False
 
-class SimCameraConfig(CameraLimits):
+    @property
+    def is_simulated(self) -> bool:
+        """Whether it looks at the profile's `world`."""
+        return False
+
+    @property
+    def needs_real_time(self) -> bool:
+        """Whether a simulated world must run in real time for it."""
+        return False
+
+    @property
+    def by_view(self) -> Mapping[str, Mapping[str, object]]:
+        """By key: the tables of this section whose keys are view names."""
+        return {}
+
+    @property
+    def size_px(self) -> tuple[int, int] | None:
+        """Width and height of its pictures; None where the profile does not say it."""
+        return None
+
+    @property
+    def asked_rate_hz(self) -> float | None:
+        """Multi-views per second that the profile asks for; None where there is no such rate."""
+        return None
+
+    @property
+    def typical_grab_s(self) -> float:
+        """Waiting for a frame, exposing and reading it out; only for estimates of time."""
+        return 0.1
+
+
+class SimCameraConfig(CameraConfig):
     """The simulated camera; it looks at the profile's `world`."""
 
     kind: Literal["sim"]
@@ -47,11 +85,31 @@ class SimCameraConfig(CameraLimits):
     frame_interval_s: Positive = 1.0 / 30.0
     """Time between frames."""
 
+    @property
+    def is_simulated(self) -> bool:
+        """See `CameraConfig.is_simulated`."""
+        return True
 
-class FolderCameraConfig(CameraLimits):
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """See `CameraConfig.size_px`."""
+        return self.width_px, self.height_px
+
+    @property
+    def asked_rate_hz(self) -> float:
+        """See `CameraConfig.asked_rate_hz`."""
+        return 1.0 / self.frame_interval_s
+
+    @property
+    def typical_grab_s(self) -> float:
+        """See `CameraConfig.typical_grab_s`."""
+        return self.frame_interval_s + self.exposure_s
+
+
+class FolderCameraConfig(CameraConfig):
     """Stored images instead of a device."""
 
-    is_stored: ClassVar[bool] = True
+    path_keys: ClassVar[tuple[str, ...]] = ("folder",)
 
     kind: Literal["folder"]
     """Selects stored images."""
@@ -61,8 +119,18 @@ class FolderCameraConfig(CameraLimits):
     """By view name: a file name or pattern (`left_*.png`), one match per multi-view, in order; or
     a video, which holds them all."""
 
+    @property
+    def is_stored(self) -> bool:
+        """See `CameraConfig.is_stored`."""
+        return True
 
-class OakCameraConfig(CameraLimits):
+    @property
+    def by_view(self) -> Mapping[str, Mapping[str, object]]:
+        """See `CameraConfig.by_view`."""
+        return {"files": self.files}
+
+
+class OakCameraConfig(CameraConfig):
     """Luxonis OAK cameras over DepthAI v3: any set of board sockets of one or several devices."""
 
     kind: Literal["oak"]
@@ -104,8 +172,28 @@ class OakCameraConfig(CameraLimits):
 
     @property
     def is_simulated(self) -> bool:
-        """Whether there is no device behind the pipeline."""
+        """Whether there is no device behind the pipeline; its sensors look at the `world`."""
         return self.device.startswith("sim://")
+
+    @property
+    def needs_real_time(self) -> bool:
+        """See `CameraConfig.needs_real_time`; its pipeline runs in real time."""
+        return self.is_simulated
+
+    @property
+    def by_view(self) -> Mapping[str, Mapping[str, object]]:
+        """See `CameraConfig.by_view`."""
+        return {"sockets": self.sockets}
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """See `CameraConfig.size_px`."""
+        return self.width_px, self.height_px
+
+    @property
+    def asked_rate_hz(self) -> float:
+        """See `CameraConfig.asked_rate_hz`."""
+        return self.rate_hz
 
     @property
     def by_device(self) -> dict[str, dict[str, str]]:
@@ -140,22 +228,27 @@ class OakCameraConfig(CameraLimits):
         return self
 
 
-class RecordingCameraConfig(CameraLimits):
+class RecordingCameraConfig(CameraConfig):
     """A recording of `rig capture --record` instead of a device."""
 
-    is_stored: ClassVar[bool] = True
+    path_keys: ClassVar[tuple[str, ...]] = ("file",)
 
     kind: Literal["recording"]
     """Selects a recording."""
     file: str
     """The MCAP file; relative paths start at the profile file."""
 
+    @property
+    def is_stored(self) -> bool:
+        """See `CameraConfig.is_stored`."""
+        return True
+
 
 ControlValue = bool | int | str
 """A switch, a number, or the name of a menu entry."""
 
 
-class V4l2CameraConfig(CameraLimits):
+class V4l2CameraConfig(CameraConfig):
     """Several V4L2 cameras (USB, CSI), one per view, all in one mode.
 
     What a device does not offer, refuses, or changes is an error: nothing is clipped. What it reads
@@ -193,6 +286,21 @@ class V4l2CameraConfig(CameraLimits):
     """Controls that make the devices wait for trigger pulses on their hardware input, for example
     `{trigger_mode = 1}`; set last. Empty: every device runs freely."""
 
+    @property
+    def by_view(self) -> Mapping[str, Mapping[str, object]]:
+        """See `CameraConfig.by_view`."""
+        return {"devices": self.devices}
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """See `CameraConfig.size_px`."""
+        return self.width_px, self.height_px
+
+    @property
+    def asked_rate_hz(self) -> float:
+        """See `CameraConfig.asked_rate_hz`."""
+        return self.rate_hz
+
     @model_validator(mode="after")
     def _controls_belong_to_views(self) -> Self:
         unknown = sorted(set(self.view_controls) - set(self.devices))
@@ -203,13 +311,3 @@ class V4l2CameraConfig(CameraLimits):
         if twice:
             raise ValueError(f"devices names one device for two views: {', '.join(twice)}")
         return self
-
-
-CameraConfig = Annotated[
-    SimCameraConfig
-    | FolderCameraConfig
-    | RecordingCameraConfig
-    | OakCameraConfig
-    | V4l2CameraConfig,
-    Field(discriminator="kind"),
-]

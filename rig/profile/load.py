@@ -4,15 +4,18 @@ import difflib
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, cast, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from rig.errors import ConfigError, OptionError
 from rig.places import profile_files
+from rig.profile.by_kind import config_of
+from rig.profile.cameras import CameraConfig
 from rig.profile.models import Profile
 from rig.profile.overrides import Override, apply_overrides, plain_path, read_override
+from rig.profile.stages import StageConfig
 from rig.profile.wording import merged, wording
 
 _MOST_ERRORS_SHOWN = 3
@@ -60,9 +63,9 @@ def load_profile(name_or_path: str, overrides: Sequence[str] = ()) -> Profile:
         return Profile.model_validate(data)
     except ValidationError as error:
         errors = merged(error.errors(include_url=False))
-        refusal = _refusal(str(path), errors)
+        refusal = _refusal(str(path), errors, data)
         if written and _is_profile(path):
-            refusal = OptionError(str(_refusal(_blamed(written, data, errors), errors)))
+            refusal = OptionError(str(_refusal(_blamed(written, data, errors), errors, data)))
         raise refusal from error
 
 
@@ -75,7 +78,7 @@ def parse_profile(data: object, *, source: str) -> Profile:
     try:
         return Profile.model_validate(data)
     except ValidationError as error:
-        raise _refusal(source, merged(error.errors(include_url=False))) from error
+        raise _refusal(source, merged(error.errors(include_url=False)), data) from error
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -88,14 +91,14 @@ def _read(path: Path) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}", advice="correct this line") from error
     camera = data.get("camera")
-    for key in ("folder", "file"):
+    for key in _path_keys(camera):
         if isinstance(camera, dict) and isinstance(camera.get(key), str):
             camera[key] = str(path.resolve().parent / Path(camera[key]).expanduser())
     return data
 
 
-def _refusal(source: str, errors: Sequence[ErrorDetails]) -> ConfigError:
-    shown = "; ".join(_describe(item) for item in errors[:_MOST_ERRORS_SHOWN])
+def _refusal(source: str, errors: Sequence[ErrorDetails], data: object) -> ConfigError:
+    shown = "; ".join(_describe(item, data) for item in errors[:_MOST_ERRORS_SHOWN])
     more = len(errors) - _MOST_ERRORS_SHOWN
     return ConfigError(f"{source}: {shown}" + (f"; and {more} more" if more > 0 else ""))
 
@@ -113,7 +116,7 @@ def _blamed(
     overrides: Sequence[Override], data: Mapping[str, Any], errors: Sequence[ErrorDetails]
 ) -> str:
     """Name the overrides at whose keys the errors are, or all of them where that is not clear."""
-    places = [tuple(_walk(item["loc"])[1]) for item in errors]
+    places = [tuple(_walk(item["loc"], data)[1]) for item in errors]
 
     def is_at_fault(override: Override) -> bool:
         path = plain_path(data, override.path)
@@ -127,12 +130,21 @@ def _keys_of_kind(section: str, kind: str) -> Iterable[str] | None:
     """Return the keys of a section of this kind, None where there is no such kind."""
     field = Profile.model_fields.get(section)
     models = () if field is None else _models_in(field.annotation)
-    return next((model.model_fields for model in models if _kind(model) == kind), None)
+    for model in models:
+        known = config_of({"kind": kind}, model) if model in (CameraConfig, StageConfig) else model
+        if _kind(known) == kind:
+            return known.model_fields
+    return None
 
 
-def _describe(item: ErrorDetails) -> str:
+def _path_keys(camera: object) -> tuple[str, ...]:
+    config = config_of(camera, CameraConfig)
+    return config.path_keys if issubclass(config, CameraConfig) else ()
+
+
+def _describe(item: ErrorDetails, data: object) -> str:
     location = item["loc"]
-    model, path = _walk(location)
+    model, path = _walk(location, data)
     key = ".".join(path)
     if item["type"] == "extra_forbidden":
         known = [] if model is None else list(model.model_fields)
@@ -144,7 +156,7 @@ def _describe(item: ErrorDetails) -> str:
     return f"{key}: {wording(item)}" if key else wording(item)
 
 
-def _walk(location: Sequence[int | str]) -> tuple[type[BaseModel] | None, list[str]]:
+def _walk(location: Sequence[int | str], data: object) -> tuple[type[BaseModel] | None, list[str]]:
     """Follow an error's location; return the model that holds its last key, and the plain path."""
     annotation: Any = Profile
     holder: type[BaseModel] | None = Profile
@@ -159,9 +171,20 @@ def _walk(location: Sequence[int | str]) -> tuple[type[BaseModel] | None, list[s
         path.append(str(step))
         if holder is not None and isinstance(step, str) and step in holder.model_fields:
             annotation = holder.model_fields[step].annotation
+            if holder is Profile:
+                annotation = _section_model(annotation, step, data)
         elif holder is not None and not isinstance(step, int) and annotation is holder:
             annotation = None
     return holder, path
+
+
+def _section_model(annotation: Any, key: str, data: object) -> Any:
+    """Return the model that the `kind` of a section selects, where one does."""
+    section = cast("dict[str, Any]", data).get(key) if isinstance(data, dict) else None
+    for base in (CameraConfig, StageConfig):
+        if base in _models_in(annotation):
+            return config_of(section, base)
+    return annotation
 
 
 def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:

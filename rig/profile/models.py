@@ -1,33 +1,14 @@
 """A profile: one rig, described completely, as it stands on the bench."""
 
-from collections.abc import Mapping
 from typing import Self
 
 from pydantic import Field, model_validator
 
-from rig.profile.cameras import (
-    CameraConfig,
-    FolderCameraConfig,
-    OakCameraConfig,
-    RecordingCameraConfig,
-    SimCameraConfig,
-    V4l2CameraConfig,
-)
+from rig.profile.by_kind import CameraSection, StageSection
 from rig.profile.model import Model, NotNegative, Positive, Span
-from rig.profile.stages import StageConfig
 from rig.profile.targets import TargetConfig
+from rig.profile.views import ViewConfig
 from rig.profile.world import WorldConfig
-
-
-class ViewConfig(Model):
-    """One view of the multi-view and its place."""
-
-    name: str = Field(min_length=1, pattern=r"^[A-Za-z0-9_-]+$")
-    """Short name; it appears in file names and messages."""
-    x_steps: float
-    """Place right of the reference view, in view steps (multiples of the pitch)."""
-    y_steps: float
-    """Place below the reference view, in view steps."""
 
 
 class SweepConfig(Model):
@@ -94,9 +75,9 @@ class Profile(Model):
     """Length of one view step."""
     views: tuple[ViewConfig, ...] = Field(min_length=2)
     """All views; exactly one of them, the reference, is at (0, 0)."""
-    camera: CameraConfig
+    camera: CameraSection
     """Where images come from."""
-    stage: StageConfig | None = None
+    stage: StageSection | None = None
     """What carries the board; not needed for capture."""
     target: TargetConfig | None = None
     """The board; not needed for capture."""
@@ -125,7 +106,7 @@ class Profile(Model):
     @model_validator(mode="after")
     def _parts_belong_together(self) -> Self:
         names = {view.name for view in self.views}
-        for key, by_view in _by_view(self.camera).items():
+        for key, by_view in self.camera.by_view.items():
             if set(by_view) != names:
                 odd = ", ".join(sorted(set(by_view) ^ names))
                 raise ValueError(f"camera.{key} must name every view once, differs at: {odd}")
@@ -135,10 +116,10 @@ class Profile(Model):
                 raise ValueError(f"world.view_errors names no view: {', '.join(unknown)}")
         if self.world is None and self.is_simulated(with_stage=True):
             raise ValueError("a simulated camera or stage needs a [world] section")
-        oak = isinstance(self.camera, OakCameraConfig) and self.camera.is_simulated
-        if oak and self.world is not None and self.world.clock != "real":
+        if self.camera.needs_real_time and self.world is not None and self.world.clock != "real":
             raise ValueError(
-                'camera.device = "sim://" runs a pipeline in real time; set world.clock = "real"'
+                f"the simulated camera {self.camera.kind} runs in real time; "
+                'set world.clock = "real"'
             )
         return self
 
@@ -148,12 +129,8 @@ class Profile(Model):
         Args:
             with_stage: whether the stage takes part.
         """
-        camera, stage = self.camera, self.stage
-        return (
-            isinstance(camera, SimCameraConfig)
-            or (isinstance(camera, OakCameraConfig) and camera.is_simulated)
-            or (with_stage and stage is not None and stage.port.startswith("sim://"))
-        )
+        stage = self.stage
+        return self.camera.is_simulated or (with_stage and stage is not None and stage.is_simulated)
 
     def first_difference(self, other: Self, parts: tuple[str, ...]) -> str | None:
         """Return the first of these parts in which two profiles differ, None where they agree."""
@@ -165,16 +142,3 @@ class Profile(Model):
         return next(
             i for i, view in enumerate(self.views) if view.x_steps == 0.0 and view.y_steps == 0.0
         )
-
-
-def _by_view(camera: CameraConfig) -> dict[str, Mapping[str, object]]:
-    """Return the tables of a camera section whose keys are view names."""
-    match camera:
-        case FolderCameraConfig():
-            return {"files": camera.files}
-        case OakCameraConfig():
-            return {"sockets": camera.sockets}
-        case V4l2CameraConfig():
-            return {"devices": camera.devices}
-        case SimCameraConfig() | RecordingCameraConfig():
-            return {}

@@ -4,18 +4,28 @@ from collections.abc import Mapping, Sequence
 
 from rig.discovery import Findings, FoundDevice
 from rig.errors import ConfigError
-from rig.profile.template import PLACES, CameraKind, Recipe, StageKind
+from rig.profile.kinds import CameraTemplate
+from rig.profile.plugins import CAMERAS, STAGES
+from rig.profile.template import (
+    PLACES,
+    Recipe,
+    camera_template,
+    new_cameras,
+    new_stages,
+    stage_template,
+)
 
-_OAK_VIEWS = 2
+_ByKind = Mapping[str, Sequence[FoundDevice]]
+"""What every search found, by its name."""
 
 
 def recipe_for(
     name: str,
     findings: Sequence[Findings],
     *,
-    camera: CameraKind | None,
+    camera: str | None,
     views: int | None,
-    stage: StageKind | None,
+    stage: str | None,
     has_stage: bool = True,
 ) -> Recipe:
     """Decide what a new profile describes.
@@ -24,37 +34,48 @@ def recipe_for(
         name: of the rig.
         findings: what is plugged in.
         camera: kind of camera; None takes the one that is plugged in.
-        views: how many; None takes as many as V4L2 cameras are plugged in, or an OAK's pair.
-        stage: protocol of the stage; None takes it from the name of the adapter, else GRBL.
+        views: how many; None takes what the kind has (an OAK's pair), or as many as are plugged in.
+        stage: kind of stage; None takes it from the name of the adapter, else the likeliest.
         has_stage: whether there is one at all.
 
     Raises:
-        ConfigError: nothing is plugged in and nothing was said, or both kinds of camera are.
+        ConfigError: nothing is plugged in and nothing was said, or cameras of several kinds are.
     """
     by_kind = {found.kind: found.devices for found in findings}
     kind = camera or _camera_kind(by_kind)
-    cameras = tuple(device.name for device in by_kind.get(kind, ()))
-    ports = [device for device in by_kind.get("serial", ()) if _may_be_a_stage(device)]
+    cameras = tuple(device.name for device in _cameras(by_kind, kind))
+    stage_kind = (stage or _stage_kind(by_kind)) if has_stage else None
     return Recipe(
         name=name,
         camera=kind,
-        views=_views(kind, cameras) if views is None else views,
-        stage=(stage or _stage_kind(ports)) if has_stage else None,
+        views=_views(camera_template(kind), cameras) if views is None else views,
+        stage=stage_kind,
         cameras=cameras,
-        port=ports[0].name if ports else None,
-        other_ports=tuple(port.name for port in ports[1:]),
+        stages=() if stage_kind is None else tuple(d.name for d in _stages(by_kind, stage_kind)),
         notes=tuple(_notes(findings)),
     )
 
 
-def _camera_kind(by_kind: Mapping[str, Sequence[FoundDevice]]) -> CameraKind:
-    kinds: list[CameraKind] = [kind for kind in ("oak", "v4l2") if by_kind.get(kind)]
+def _cameras(by_kind: _ByKind, kind: str) -> Sequence[FoundDevice]:
+    search = CAMERAS.kind(kind).search
+    return () if search is None else by_kind.get(search.kind, ())
+
+
+def _stages(by_kind: _ByKind, kind: str) -> Sequence[FoundDevice]:
+    search = STAGES.kind(kind).search
+    found = () if search is None else by_kind.get(search.kind, ())
+    return [device for device in found if _may_be_a_stage(device)]
+
+
+def _camera_kind(by_kind: _ByKind) -> str:
+    kinds = [kind for kind in new_cameras() if _cameras(by_kind, kind)]
     if len(kinds) == 1:
         return kinds[0]
     if kinds:
+        titles = " and ".join(camera_template(kind).title for kind in kinds)
+        options = " or ".join(f"--camera {kind}" for kind in kinds)
         raise ConfigError(
-            "asked for a new profile, found OAK and V4L2 cameras",
-            advice="say which: --camera oak or --camera v4l2",
+            f"asked for a new profile, found {titles}", advice=f"say which: {options}"
         )
     raise ConfigError(
         "asked for a new profile from what is plugged in, found no camera",
@@ -63,26 +84,29 @@ def _camera_kind(by_kind: Mapping[str, Sequence[FoundDevice]]) -> CameraKind:
     )
 
 
-def _views(kind: CameraKind, cameras: Sequence[str]) -> int:
-    if kind == "oak":
-        return _OAK_VIEWS
+def _views(template: CameraTemplate, cameras: Sequence[str]) -> int:
+    if template.views is not None:
+        return template.views
     if len(cameras) < 2:
         raise ConfigError(
-            f"a rig has two views or more, found {len(cameras)} V4L2 cameras",
+            f"a rig has two views or more, found {len(cameras)} {template.title}",
             advice="plug the others in, or say how many there will be: --views 2",
         )
     return min(len(cameras), len(PLACES))
 
 
+def _stage_kind(by_kind: _ByKind) -> str:
+    kinds = new_stages()
+    for kind in kinds:
+        adapter, found = stage_template(kind).adapter, _stages(by_kind, kind)
+        if adapter is not None and found and adapter in found[0].description.lower():
+            return kind
+    return kinds[0]
+
+
 def _may_be_a_stage(device: FoundDevice) -> bool:
     """USB adapters and boards; a port on the main board mostly has nothing at its end."""
     return not device.name.startswith("/dev/ttyS")
-
-
-def _stage_kind(ports: Sequence[FoundDevice]) -> StageKind:
-    if ports and "zaber" in ports[0].description.lower():
-        return "zaber"
-    return "grbl"
 
 
 def _notes(findings: Sequence[Findings]) -> list[str]:
@@ -91,5 +115,5 @@ def _notes(findings: Sequence[Findings]) -> list[str]:
         f"{device.name}: {device.problem}"
         for found in findings
         for device in found.devices
-        if device.problem is not None and (found.kind != "serial" or _may_be_a_stage(device))
+        if device.problem is not None and _may_be_a_stage(device)
     ]

@@ -1,16 +1,48 @@
 """Stages in a profile: one closed model per kind, told apart by `kind`."""
 
-from typing import Annotated, Literal, Self
+from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from rig.profile.model import Model, NotNegative, Positive, Span
 
-StageProtocol = Literal["grbl", "zaber", "marlin"]
-"""What a stage's controller speaks; the `kind` of its section."""
+
+class StageConfig(Model):
+    """What every kind of stage has, and what a run may ask of it without knowing the kind."""
+
+    kind: Any
+    """Selects the kind; every kind narrows it to a literal of its own."""
+    travel_mm: Span
+    """Nearest and farthest distance the board may be sent to."""
+    speed_mm_s: Positive = 50.0
+    """Speed of moves."""
+    acceleration_mm_s2: Positive = 200.0
+    """Acceleration of moves; used only to estimate times."""
+    approach_mm: NotNegative = 0.0
+    """Every position is approached from the near side over this distance: backlash cancels."""
+    may_move: bool = True
+    """Whether the stage may be moved at all: a run begins with a way to the reference switch.
+    `false` until the way is clear; homing and moves are then refused."""
+
+    @property
+    def place(self) -> str:
+        """What names this very stage in messages."""
+        return str(self.kind)
+
+    @property
+    def is_simulated(self) -> bool:
+        """Whether it moves in the profile's `world`."""
+        return False
+
+    @model_validator(mode="after")
+    def _travel_has_a_length(self) -> Self:
+        if not self.travel_mm[0] < self.travel_mm[1]:
+            low_mm, high_mm = self.travel_mm
+            raise ValueError(f"travel_mm runs from {low_mm} to {high_mm}; give nearest, farthest")
+        return self
 
 
-class SerialStageConfig(Model):
+class SerialStageConfig(StageConfig):
     """What every linear stage behind a serial port has, whatever it speaks."""
 
     port: str = Field(min_length=1)
@@ -25,29 +57,27 @@ class SerialStageConfig(Model):
     """Distance of the board from the reference camera at machine coordinate 0."""
     direction: Literal[1, -1] = 1
     """1: distance grows with the machine coordinate; -1: it shrinks."""
-    speed_mm_s: Positive = 50.0
-    """Speed of moves."""
     acceleration_mm_s2: Positive = 200.0
     """Acceleration set in the controller; used only to estimate times."""
     approach_mm: NotNegative = 2.0
     """Every position is approached from the near side over this distance: backlash cancels."""
     tolerance_mm: Positive = 0.02
     """Largest difference between the position asked for and the one read back."""
-    may_move: bool = True
-    """Whether the stage may be moved at all: a run begins with a way to the reference switch.
-    `false` until the way is clear; homing and moves are then refused."""
     homing_timeout_s: Positive = 60.0
     """Longest wait for homing."""
     motor_off_at_end: bool = False
     """Whether the motor loses its current when the stage is closed: it stays cool and turns by
     hand, and must be homed again."""
 
-    @model_validator(mode="after")
-    def _travel_has_a_length(self) -> Self:
-        if not self.travel_mm[0] < self.travel_mm[1]:
-            low_mm, high_mm = self.travel_mm
-            raise ValueError(f"travel_mm runs from {low_mm} to {high_mm}; give nearest, farthest")
-        return self
+    @property
+    def place(self) -> str:
+        """See `StageConfig.place`."""
+        return self.port
+
+    @property
+    def is_simulated(self) -> bool:
+        """See `StageConfig.is_simulated`."""
+        return self.port.startswith("sim://")
 
 
 class GrblStageConfig(SerialStageConfig):
@@ -83,8 +113,3 @@ class MarlinStageConfig(SerialStageConfig):
     """Selects Marlin's dialect of G-code."""
     axis: Literal["X", "Y", "Z"] = "X"
     """The controller's axis that carries the board."""
-
-
-StageConfig = Annotated[
-    GrblStageConfig | ZaberStageConfig | MarlinStageConfig, Field(discriminator="kind")
-]

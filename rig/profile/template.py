@@ -1,15 +1,10 @@
 """A new profile as commented text: what is known is filled in, what must be measured says so."""
 
-import json
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
 
 from rig.errors import ConfigError
-from rig.profile.sections import CAMERA, HEAD, STAGE, SWEEP
-
-CameraKind = Literal["v4l2", "oak"]
-StageKind = Literal["grbl", "zaber", "marlin"]
+from rig.profile.kinds import CameraTemplate, NewCamera, NewStage, StageTemplate
+from rig.profile.plugins import CAMERAS, STAGES
 
 PLACES: dict[str, tuple[float, float]] = {
     "centre": (0.0, 0.0),
@@ -19,7 +14,6 @@ PLACES: dict[str, tuple[float, float]] = {
     "top": (0.0, -0.95),
 }
 """Views in the order in which they are added; uneven on purpose."""
-_SOCKETS = ("CAM_A", "CAM_B", "CAM_C", "CAM_D", "CAM_E")
 _NEAR_MM, _FAR_MM = 400.0, 1200.0
 _PITCH_MM = 60.0
 _FOCAL_PER_WIDTH = 0.8
@@ -27,21 +21,62 @@ _FOCAL_PER_WIDTH = 0.8
 _ROOM = 1.25
 """The search range of slopes is so much wider than a first guess."""
 
+_HEAD = """\
+# {description}. Written by `rig profile new`; lines that say MEASURE hold guesses.
+# Next: rig check {name} --no-move, then rig check {name}, then rig sweep {name}.
+{notes}name = "{name}"
+description = "{description}"
+
+# One view step, mm: the distance that x_steps and y_steps below are multiples of. MEASURE it once,
+# between two lens centres; a calibration finds the rest.
+pitch_mm = {pitch_mm}
+
+# Where each lens centre is, in view steps right of and below the reference. MEASURE. Uneven spacing
+# is an advantage: a repeating pattern then cannot look right at a wrong distance.
+"""
+
+_SWEEP = """\
+[target]
+kind = "checkerboard"
+columns = 9       # INNER corners, one less than squares
+rows = 6
+square_mm = 25.0  # MEASURE across ten squares: a print is rarely true
+
+[sweep]
+from_mm = {near_mm}
+to_mm = {far_mm}
+count = 17
+samples = 5
+settle_s = 0.4    # rig check says whether it is enough
+
+# Slopes that the scene can have, px per view step: pitch_mm * focal_px / distance for cameras that
+# look straight ahead, less the same at the focus distance for others. Narrow is faster and safer.
+[slopes]
+range_px = [{low_px}, {high_px}]
+
+# A run that misses one of these ends with exit code 3. Without a geometric calibration be generous.
+[quality]
+holdout_rms_pct = 0.2
+holdout_max_pct = 0.5
+line_rms_px = 0.5 # corners beside their epipolar lines: `rig calibrate` makes the views rectified
+"""
+
 
 @dataclass(frozen=True, slots=True)
 class Recipe:
     """What a new profile describes."""
 
     name: str
-    camera: CameraKind
+    camera: str
+    """Kind of camera, one that has a template."""
     views: int
     """How many views, 2 to 5."""
-    stage: StageKind | None
+    stage: str | None
+    """Kind of stage, one that has a template; None for none."""
     cameras: tuple[str, ...] = ()
-    """Names of the cameras that are plugged in: paths of V4L2 nodes, or the id of one OAK."""
-    port: str | None = None
-    """Port of the stage, where one is plugged in."""
-    other_ports: tuple[str, ...] = ()
+    """Names of the cameras that are plugged in, as the search of the kind gives them."""
+    stages: tuple[str, ...] = ()
+    """Names of what may be the stage, as the search of the kind gives them."""
     notes: tuple[str, ...] = field(default=())
     """Lines for the head of the file."""
 
@@ -50,68 +85,81 @@ def profile_text(recipe: Recipe) -> str:
     """Return a profile as TOML with comments; it loads as it is.
 
     Raises:
-        ConfigError: a number of views that no arrangement is known for.
+        ConfigError: a number of views that no arrangement is known for, or a kind without template.
     """
     if not 2 <= recipe.views <= len(PLACES):
         raise ConfigError(
             f"asked for {recipe.views} views, a new profile has 2 to {len(PLACES)}",
             advice="write further [[views]] by hand",
         )
-    names = list(PLACES)[: recipe.views]
+    camera = camera_template(recipe.camera)
+    names = tuple(PLACES)[: recipe.views]
     width_px, height_px = 1280, 800
     slope_px = _PITCH_MM * _FOCAL_PER_WIDTH * width_px
     parts = [
-        HEAD.format(
+        _HEAD.format(
             name=recipe.name,
-            description=_description(recipe),
+            description=f"{recipe.views} {camera.title}, {recipe.stage or 'no'} stage",
             notes="".join(f"# {note}\n" for note in recipe.notes),
             pitch_mm=_PITCH_MM,
         ),
         *(_view(name) for name in names),
-        CAMERA[recipe.camera].format(
-            width_px=width_px,
-            height_px=height_px,
-            devices=_devices(recipe, names),
-            device=json.dumps(recipe.cameras[0] if recipe.cameras else ""),
-        ),
+        camera.section(NewCamera(names, recipe.cameras, width_px, height_px)),
     ]
     if recipe.stage is not None:
-        parts.append(
-            STAGE[recipe.stage].format(
-                port=json.dumps(recipe.port or "/dev/serial/by-id/REPLACE-BY-YOURS"),
-                others="".join(f"\n# also plugged in: {port}" for port in recipe.other_ports),
-                near_mm=_NEAR_MM,
-                far_mm=_FAR_MM,
-                zero_mm=_FAR_MM + 3.0,
-            )
-        )
+        stage = stage_template(recipe.stage)
+        parts.append(stage.section(NewStage(recipe.stages, _NEAR_MM, _FAR_MM)))
     low_px, high_px = slope_px / _FAR_MM / _ROOM, slope_px / _NEAR_MM * _ROOM
     parts.append(
-        SWEEP.format(near_mm=_NEAR_MM, far_mm=_FAR_MM, low_px=round(low_px), high_px=round(high_px))
+        _SWEEP.format(
+            near_mm=_NEAR_MM, far_mm=_FAR_MM, low_px=round(low_px), high_px=round(high_px)
+        )
     )
     return "\n".join(parts)
 
 
-def _description(recipe: Recipe) -> str:
-    camera = "V4L2 cameras" if recipe.camera == "v4l2" else "OAK sensors"
-    stage = "no stage" if recipe.stage is None else f"{recipe.stage} stage"
-    return f"{recipe.views} {camera}, {stage}"
+def camera_template(kind: str) -> CameraTemplate:
+    """Return how a new profile describes a kind of camera.
+
+    Raises:
+        ConfigError: there is no such kind, or it has no template.
+    """
+    template = CAMERAS.kind(kind).template
+    if template is None:
+        raise _without_template("camera", kind, new_cameras())
+    return template
+
+
+def stage_template(kind: str) -> StageTemplate:
+    """Return how a new profile describes a kind of stage.
+
+    Raises:
+        ConfigError: there is no such kind, or it has no template.
+    """
+    template = STAGES.kind(kind).template
+    if template is None:
+        raise _without_template("stage", kind, new_stages())
+    return template
+
+
+def new_cameras() -> tuple[str, ...]:
+    """Return the kinds of cameras that a new profile can have."""
+    return tuple(kind.name for kind in CAMERAS.kinds() if kind.template is not None)
+
+
+def new_stages() -> tuple[str, ...]:
+    """Return the kinds of stages that a new profile can have; the first is the likeliest."""
+    return tuple(kind.name for kind in STAGES.kinds() if kind.template is not None)
+
+
+def _without_template(noun: str, kind: str, known: tuple[str, ...]) -> ConfigError:
+    return ConfigError(
+        f"asked for a new profile with the {noun} {kind}, which has no template",
+        advice=f"choose one of {', '.join(known)}, or copy a profile: --from NAME",
+    )
 
 
 def _view(name: str) -> str:
     x_steps, y_steps = PLACES[name]
     comment = " # the reference: depth counts from its optical centre" if name == "centre" else ""
     return f'[[views]]\nname = "{name}"{comment}\nx_steps = {x_steps}\ny_steps = {y_steps}\n'
-
-
-def _devices(recipe: Recipe, names: Sequence[str]) -> str:
-    if recipe.camera == "oak":
-        return "\n".join(f'{n} = "{s}"' for n, s in zip(names, _SOCKETS, strict=False))
-    lines: list[str] = []
-    for place, name in enumerate(names):
-        if place < len(recipe.cameras):
-            lines.append(f"{name} = {json.dumps(recipe.cameras[place])}")
-        else:
-            lines.append(f'{name} = "/dev/v4l/by-path/REPLACE-BY-YOURS-{name}"')
-    spare = recipe.cameras[len(names) :]
-    return "\n".join([*lines, *(f"# also plugged in: {path}" for path in spare)])

@@ -38,6 +38,8 @@ _NEEDS = {
 }
 _CHOICES = {"bool": "true or false", "int": "a whole number", "float": "a number", "str": "text"}
 """Where a value may be of several plain types, the path ends with the name of the type tried."""
+_OWN = {"no_table", "kind_missing", "kind_unknown"}
+"""Refusals of ours, which have their words already."""
 _SHOWN = 60
 
 
@@ -46,6 +48,8 @@ def wording(item: ErrorDetails) -> str:
     context = item.get("ctx", {})
     if item["type"] == "value_error":
         return str(context["error"])
+    if item["type"] in _OWN:
+        return item["msg"]
     needs = _NEEDS.get(item["type"], "cannot be used").format_map(context)
     return f"{needs}, found {_found(item['input'])}"
 

@@ -4,11 +4,8 @@ from dataclasses import dataclass
 
 from rig.errors import ConfigError
 from rig.plan import Stop, even_distances_mm, move_time_s, plan_stops
-from rig.profile import Profile, SimCameraConfig, StageConfig, SweepConfig, TargetConfig
+from rig.profile import Profile, StageConfig, SweepConfig, TargetConfig
 from rig.sweep.take import SweepTimes
-
-_TYPICAL_GRAB_S = 0.1
-"""Waiting for a frame, exposing and reading it out, where the camera does not say its rate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +63,7 @@ def plan_of(profile: Profile, request: SweepRequest) -> tuple[tuple[Stop, ...], 
         holdout_every=config.holdout_every,
         backward_every=config.backward_every,
         travel_mm=setup.stage.travel_mm,
-        stage=f"stage {setup.stage.port}",
+        stage=f"stage {setup.stage.place}",
     )
     return stops, config.samples if request.samples is None else request.samples
 
@@ -74,12 +71,7 @@ def plan_of(profile: Profile, request: SweepRequest) -> tuple[tuple[Stop, ...], 
 def planned_times(profile: Profile, stops: tuple[Stop, ...], samples: int) -> SweepTimes:
     """Estimate the time of a sweep that begins at its first stop."""
     setup = sweep_setup(profile)
-    stage, camera = setup.stage, profile.camera
-    grab_s = (
-        camera.frame_interval_s + camera.exposure_s
-        if isinstance(camera, SimCameraConfig)
-        else _TYPICAL_GRAB_S
-    )
+    stage = setup.stage
     moves_s = 0.0
     here_mm = stops[0].distance_mm
     for stop in stops[1:]:
@@ -93,5 +85,5 @@ def planned_times(profile: Profile, stops: tuple[Stop, ...], samples: int) -> Sw
     return SweepTimes(
         moves_s=moves_s,
         settling_s=setup.config.settle_s * len(stops),
-        exposures_s=grab_s * samples * len(stops),
+        exposures_s=profile.camera.typical_grab_s * samples * len(stops),
     )

@@ -3,12 +3,11 @@
 from contextlib import suppress
 
 from rig.database import Store, software_versions
-from rig.devices import SystemClock
+from rig.devices import SystemClock, stopped
 from rig.errors import StoreError
 from rig.hardware.opening import Hardware
 from rig.interrupts import Interrupts
 from rig.progress import Progress, Tell
-from rig.standstill import stopped
 from rig.sweep.conclude import SweepResult, conclude_sweep
 from rig.sweep.job import SweepJob
 from rig.sweep.measuring_thread import MeasuringThread

@@ -2,15 +2,22 @@
 
 from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pkgutil import resolve_name
 
 from rig.devices import Clock, SystemClock
 from rig.errors import ConfigError
-from rig.profile import FirmwareConfig, Profile, StageProtocol, WorldConfig
+from rig.profile import (
+    FirmwareConfig,
+    OakCameraConfig,
+    Profile,
+    SerialStageConfig,
+    WorldConfig,
+)
 from rig_sim.carriage import Carriage
 from rig_sim.clock import VirtualClock
-from rig_sim.firmware.grbl import GrblFirmware
-from rig_sim.firmware.marlin import MarlinFirmware
-from rig_sim.firmware.zaber import ZaberFirmware
+from rig_sim.firmware import protocols
+from rig_sim.oak import SimOakRack
 from rig_sim.wire import Firmware, plug
 from rig_sim.wire.serve import serve_on_pty
 from rig_sim.wire.serve_tcp import serve_on_tcp
@@ -33,37 +40,63 @@ def plugged_world(
     """
     config = _world_of(profile)
     stage = profile.stage if uses_stage else None
-    is_simulated = stage is not None and stage.port.startswith("sim://")
     # A stage at a true port needs true time: in a fast world its deadlines would never come.
-    is_fast = config.clock == "fast" and (stage is None or is_simulated)
+    is_fast = config.clock == "fast" and (stage is None or stage.is_simulated)
     clock: Clock = VirtualClock() if is_fast else SystemClock()
     carriage = Carriage(config.carriage, clock)
     scene = config.sweep_scene if uses_stage else config.capture_scene
     if target_in_hand:
         scene = "board"
     with ExitStack() as stack:
-        if stage is not None and is_simulated:
+        if isinstance(stage, SerialStageConfig) and stage.is_simulated:
             firmware = make_firmware(stage.kind, config.firmware, carriage, clock)
             stack.enter_context(plug(stage.port, firmware))
         yield World(profile, clock=clock, carriage=carriage, scene=scene, in_hand=target_in_hand)
 
 
+@dataclass(frozen=True, slots=True)
+class SimulatedBench:
+    """What devices are opened in on a simulated bench: `Surroundings.simulated`."""
+
+    world: World
+
+    def oak_rack(
+        self, config: OakCameraConfig, *, device: str, views: tuple[str, ...]
+    ) -> SimOakRack:
+        """Return the sensors of one simulated OAK device, all in step with each other.
+
+        Args:
+            config: the profile's camera.
+            device: tells it from other devices of the rig.
+            views: of this device.
+        """
+        return SimOakRack(config, self.world, device=device, views=views)
+
+
 def make_firmware(
-    protocol: StageProtocol, config: FirmwareConfig, carriage: Carriage, clock: Clock
+    protocol: str, config: FirmwareConfig, carriage: Carriage, clock: Clock
 ) -> Firmware:
-    """Return the controller that speaks a protocol and moves `carriage`."""
-    match protocol:
-        case "grbl":
-            return GrblFirmware(config, carriage, clock)
-        case "zaber":
-            return ZaberFirmware(config, carriage, clock)
-        case "marlin":
-            return MarlinFirmware(config, carriage, clock)
+    """Return the controller that speaks a protocol and moves `carriage`.
+
+    Raises:
+        ConfigError: no controller of this protocol is simulated.
+    """
+    known = protocols()
+    if protocol not in known:
+        raise ConfigError(
+            f"asked to simulate a stage that speaks {protocol!r}, simulated are: "
+            f"{', '.join(known)}",
+            advice="choose one of them",
+        )
+    make: Callable[[FirmwareConfig, Carriage, Clock], Firmware] = resolve_name(
+        f"rig_sim.firmware.{protocol}:make"
+    )
+    return make(config, carriage, clock)
 
 
 def serve_stage(
     profile: Profile,
-    protocol: StageProtocol,
+    protocol: str,
     on_ready: Callable[[str], None],
     *,
     tcp_port: int | None = None,

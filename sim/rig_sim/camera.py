@@ -5,7 +5,8 @@ from collections.abc import Iterator, Mapping
 from types import TracebackType
 from typing import Self
 
-from rig.errors import CaptureTimeoutError, DeviceLostError
+from rig.devices import not_open
+from rig.errors import CaptureTimeoutError
 from rig.frames import Frame, MultiView
 from rig.profile import SimCameraConfig
 from rig_sim.pictures import Exposures
@@ -115,7 +116,5 @@ class SimCamera:
 
     def _since(self) -> float:
         if self._opened_s is None:
-            raise DeviceLostError(
-                _NAME, "asked for frames, but it is not open", advice='use "with camera:"'
-            )
+            raise not_open(_NAME)
         return self._opened_s

@@ -14,9 +14,7 @@ from rig.devices import Clock
 from rig.errors import ConfigError
 from rig.profile import (
     CharucoConfig,
-    OakCameraConfig,
     Profile,
-    SimCameraConfig,
     TargetConfig,
     ViewConfig,
 )
@@ -80,7 +78,7 @@ class World:
         in_hand: bool = False,
     ) -> None:
         camera = profile.camera
-        if profile.world is None or not isinstance(camera, SimCameraConfig | OakCameraConfig):
+        if profile.world is None or camera.size_px is None:
             raise ConfigError(
                 f"profile {profile.name}: a simulated world needs a [world] section and a camera "
                 f'with a size (camera.kind = "sim" or "oak"), found {camera.kind!r}',
@@ -95,7 +93,7 @@ class World:
         self.config: WorldConfig = profile.world
         self.clock = clock
         self.scene: Scene = scene
-        self._camera = camera
+        self._size_px = camera.size_px
         self._carriage = carriage
         self._began_s = clock.now_s()
         target = profile.target
@@ -172,7 +170,7 @@ class World:
         right_mm, down_mm = view.x_steps * pitch_mm, view.y_steps * pitch_mm
         # The sensor is shifted once, mechanically: it does not follow a drifting focal length.
         px_per_mm = optics.focal_px / optics.focus_mm
-        width_px, height_px = self._camera.width_px, self._camera.height_px
+        width_px, height_px = self._size_px
         return TrueCamera(
             view=view.name,
             width_px=width_px,
@@ -211,7 +209,7 @@ class World:
         half_width_mm, half_height_mm = board.half_size_mm.tolist()
         reach = Reach(
             focal_px=self.config.optics.focal_px,
-            half_size_px=(self._camera.width_px / 2.0, self._camera.height_px / 2.0),
+            half_size_px=(self._size_px[0] / 2.0, self._size_px[1] / 2.0),
             half_board_mm=(half_width_mm, half_height_mm),
         )
         return Hand(self.config.hand, reach, seed=self.config.seed)

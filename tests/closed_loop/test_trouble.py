@@ -38,6 +38,7 @@ from rig.optics.nominal import nominal_optics
 from rig.profile import (
     MarlinStageConfig,
     Profile,
+    SerialStageConfig,
     SimCameraConfig,
     ZaberStageConfig,
 )
@@ -72,7 +73,7 @@ def bench(
     profile: Profile, *, camera_fault: CameraFault | None = None, wire_fault: Fault | None = None
 ) -> Generator[tuple[Hardware, Carriage]]:
     assert profile.world is not None
-    assert profile.stage is not None
+    assert isinstance(profile.stage, SerialStageConfig)
     assert isinstance(profile.camera, SimCameraConfig)
     clock = VirtualClock()
     carriage = Carriage(profile.world.carriage, clock)

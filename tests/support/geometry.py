@@ -7,7 +7,7 @@ from rig_sim.world import Moment
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry, StageGeometry
-from rig.profile import Profile
+from rig.profile import Profile, SerialStageConfig
 
 
 def true_geometry(profile: Profile, moment: Moment) -> RigGeometry:
@@ -45,7 +45,7 @@ def _model(camera: TrueCamera) -> CameraModel:
 
 def _stage(profile: Profile, reference: Pose) -> StageGeometry | None:
     world, stage = profile.world, profile.stage
-    if world is None or stage is None:
+    if world is None or not isinstance(stage, SerialStageConfig):
         return None
     right, down = np.tan(np.radians(world.carriage.axis_deg))
     axis = np.array([right, down, 1.0]) / np.linalg.norm([right, down, 1.0])

@@ -4,10 +4,7 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from rig_drivers.grbl.controller import grbl_stage
-from rig_drivers.marlin.controller import marlin_stage
 from rig_drivers.stage.serial_stage import SerialStage
-from rig_drivers.zaber.controller import zaber_stage
 from rig_sim.bench import make_firmware
 from rig_sim.carriage import Carriage
 from rig_sim.clock import VirtualClock
@@ -23,6 +20,8 @@ from rig.profile import (
     StageConfig,
     ZaberStageConfig,
 )
+from rig.profile.kinds import Surroundings
+from rig.profile.plugins import STAGES
 
 URL = "sim://test-stage"
 ZERO_MM = 210.0
@@ -88,13 +87,9 @@ class Bench:
 
 def make_stage(config: StageConfig, clock: Clock) -> SerialStage:
     """Return the stage of a profile, not yet opened."""
-    match config:
-        case GrblStageConfig():
-            return grbl_stage(config, clock)
-        case ZaberStageConfig():
-            return zaber_stage(config, clock)
-        case MarlinStageConfig():
-            return marlin_stage(config, clock)
+    stage = STAGES.kind(config.kind).open(config, Surroundings("test", (), clock))
+    assert isinstance(stage, SerialStage)
+    return stage
 
 
 @contextmanager

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Final
 
 from rig_drivers.array.camera_array import CameraArray
-from rig_drivers.v4l2 import V4l2Camera
+from rig_drivers.v4l2.camera import V4l2Camera
 
 from rig.devices import Clock, SystemClock
 from rig.profile import V4l2CameraConfig

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Final, Self
 
-from rig.devices import Camera
+from rig.devices import Camera, not_open
 from rig.errors import (
     CaptureTimeoutError,
     ConfigError,
     DeviceError,
-    DeviceLostError,
     ViewSkewError,
 )
 from rig.frames import Frame, MultiView
@@ -251,9 +250,7 @@ class CameraArray:
 
     def _require_running(self) -> None:
         if not self._is_open:
-            raise DeviceLostError(
-                _NAME, "asked for frames, but it is not open", advice='use "with camera:"'
-            )
+            raise not_open(_NAME)
         if self._failure is not None:
             raise self._failure
 

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from types import TracebackType
 from typing import Self
 
-from rig.devices import Clock
+from rig.devices import Clock, not_open
 from rig.errors import (
     CaptureTimeoutError,
     ControlError,
@@ -232,9 +232,7 @@ class OakCamera:
 
     def _running(self) -> Streams:
         if self._streams is None:
-            raise DeviceLostError(
-                self._name, "asked for frames, but it is not open", advice='use "with camera:"'
-            )
+            raise not_open(self._name)
         return self._streams
 
     @property

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from rig.errors import DeviceNotFoundError
 from rig_drivers.oak.sdk import dai
+from rig_drivers.permission import UDEV
 
 _LOCKED = dai.XLinkError_t.X_LINK_INSUFFICIENT_PERMISSIONS
-_UDEV = "install the udev rule of docs/how-to/oak-cameras.md and plug it in again"
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,7 @@ def choose_oak(wanted: str, infos: Sequence[dai.DeviceInfo]) -> dai.DeviceInfo:
     if len(named) == 1:
         if named[0].status == _LOCKED:
             raise DeviceNotFoundError(
-                f"OAK {named[0].deviceId}", "is there, but may not be opened", advice=_UDEV
+                f"OAK {named[0].deviceId}", "is there, but may not be opened", advice=UDEV
             )
         return named[0]
     if not named and _is_address(wanted):
@@ -85,7 +85,7 @@ def choose_oak(wanted: str, infos: Sequence[dai.DeviceInfo]) -> dai.DeviceInfo:
     elif infos:
         then = "correct camera.device"
     else:
-        then = "check power and cable; without permission they do not show: " + _UDEV
+        then = "check power and cable; without permission they do not show: " + UDEV
     raise DeviceNotFoundError(f"OAK {wanted}".rstrip(), f"{asked}, found {there}", advice=then)
 
 
@@ -109,7 +109,7 @@ def _found(info: dai.DeviceInfo) -> FoundOak:
         info.deviceId,
         info.name,
         names.get(info.protocol, info.protocol.name),
-        f"no permission; {_UDEV}" if info.status == _LOCKED else None,
+        f"no permission; {UDEV}" if info.status == _LOCKED else None,
     )
 
 

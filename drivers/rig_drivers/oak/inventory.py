@@ -4,11 +4,11 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rig.discovery import FoundDevice
 from rig.errors import ConfigError, DeviceNotFoundError
-from rig_drivers.permission import why_not_permitted
+from rig_drivers.permission import UDEV, why_not_permitted
 from rig_drivers.usb import MOVIDIUS, UsbDevice, usb_devices
 
 if TYPE_CHECKING:
@@ -16,21 +16,9 @@ if TYPE_CHECKING:
 
 _HEAD_START = 0.95
 """Share of the time within which DepthAI has to answer, so that its silence is told as such."""
-_RULES = "docs/how-to/udev/80-oak.rules"
 
 
-@dataclass(frozen=True, slots=True)
-class ListedOak:
-    """One OAK device, whether it can be used or not."""
-
-    name: str
-    """Device id, what `camera.device` takes; USB place where only the kernel sees it."""
-    description: str
-    other_names: tuple[str, ...] = ()
-    problem: str | None = None
-
-
-def list_oaks(timeout_s: float) -> tuple[ListedOak, ...]:
+def list_oaks(timeout_s: float) -> tuple[FoundDevice, ...]:
     """Return the OAK devices of this machine and its network.
 
     Args:
@@ -46,10 +34,10 @@ def list_oaks(timeout_s: float) -> tuple[ListedOak, ...]:
     except ConfigError as error:
         if not on_usb:
             raise
-        return tuple(ListedOak(d.place, _named(d), (), str(error)) for d in on_usb)
+        return tuple(FoundDevice(d.place, _named(d), (), str(error)) for d in on_usb)
 
 
-def joined(answers: Sequence["Answer"], on_usb: Sequence[UsbDevice]) -> tuple[ListedOak, ...]:
+def joined(answers: Sequence["Answer"], on_usb: Sequence[UsbDevice]) -> tuple[FoundDevice, ...]:
     """Join what DepthAI found with what the kernel sees on USB.
 
     Args:
@@ -57,13 +45,13 @@ def joined(answers: Sequence["Answer"], on_usb: Sequence[UsbDevice]) -> tuple[Li
         on_usb: devices of the vendor.
     """
     listed = [
-        ListedOak(answer.device_id, f"OAK on {answer.protocol}", (answer.name,), answer.problem)
+        FoundDevice(answer.device_id, f"OAK on {answer.protocol}", (answer.name,), answer.problem)
         for answer in answers
     ]
     places = {place for oak in listed for place in oak.other_names}
     # A locked device may be there without its id: then only the kernel knows it.
     listed += [
-        ListedOak(device.place, _named(device), (), _why_hidden(device))
+        FoundDevice(device.place, _named(device), (), _why_hidden(device))
         for device in on_usb
         if device.place not in places
     ]
@@ -72,7 +60,7 @@ def joined(answers: Sequence["Answer"], on_usb: Sequence[UsbDevice]) -> tuple[Li
 
 def _why_hidden(device: UsbDevice) -> str:
     if why_not_permitted(device.node) is not None:
-        return f"may not be opened; install {_RULES} and plug it in again"
+        return f"may not be opened; {UDEV}"
     return "DepthAI does not show it; another program may use it: close that, or plug it in again"
 
 

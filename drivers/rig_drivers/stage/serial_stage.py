@@ -15,7 +15,7 @@ from rig.errors import (
     StageTimeoutError,
     every_advice,
 )
-from rig.profile import StageConfig
+from rig.profile import SerialStageConfig
 from rig_drivers.stage.controller import Controller
 from rig_drivers.stage.serial_line import SerialLine
 from rig_drivers.stage.travel import check_reached, distance_mm, machine_mm
@@ -36,7 +36,12 @@ class SerialStage:
     """
 
     def __init__(
-        self, config: StageConfig, line: SerialLine, controller: Controller, clock: Clock, name: str
+        self,
+        config: SerialStageConfig,
+        line: SerialLine,
+        controller: Controller,
+        clock: Clock,
+        name: str,
     ) -> None:
         self._config = config
         self._line = line

@@ -6,6 +6,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from rig.devices import not_open
 from rig.errors import DeviceLostError
 from rig.frames import MultiView
 from rig.profile import ViewConfig
@@ -84,9 +85,7 @@ class StoredCamera(ABC):
 
     def _following(self) -> MultiView | None:
         if self._taken is None:
-            raise DeviceLostError(
-                self._name, "asked for frames, but it is not open", advice='use "with camera:"'
-            )
+            raise not_open(self._name)
         multi_view = self._read(self._taken)
         if multi_view is not None:
             self._taken += 1

@@ -7,8 +7,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from rig.devices import Clock
-from rig.errors import DeviceLostError
+from rig.devices import Clock, not_open
 from rig.frames import Frame, MultiView
 from rig.profile import V4l2CameraConfig
 from rig_drivers.v4l2 import abi
@@ -88,9 +87,7 @@ class V4l2Camera:
 
     def _running(self) -> tuple[CaptureStream, AppliedMode]:
         if not self._node.is_open or self._stream is None or self._mode is None:
-            raise DeviceLostError(
-                self._node.name, "asked for frames, but it is not open", advice='use "with camera:"'
-            )
+            raise not_open(self._node.name)
         self._stream.start()
         return self._stream, self._mode
 

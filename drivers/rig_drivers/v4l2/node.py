@@ -6,6 +6,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self, TypeVar
 
+from rig.devices import not_open
 from rig.errors import DeviceLostError, DeviceNotFoundError
 from rig_drivers.open_errors import not_opened
 from rig_drivers.v4l2 import abi, structures
@@ -125,9 +126,7 @@ class Node:
 
     def _opened(self) -> int:
         if self._descriptor is None:
-            raise DeviceLostError(
-                self.name, "asked for frames, but it is not open", advice='use "with camera:"'
-            )
+            raise not_open(self.name)
         return self._descriptor
 
     def _require_capture(self) -> structures.Capability:

@@ -5,8 +5,9 @@ import subprocess
 from pathlib import Path
 
 from rig_drivers.array.camera_array import CameraArray
-from rig_drivers.v4l2 import LinuxKernel, V4l2Camera
+from rig_drivers.v4l2.camera import V4l2Camera
 from rig_drivers.v4l2.controls import Controls, ControlValue
+from rig_drivers.v4l2.kernel import LinuxKernel
 from rig_drivers.v4l2.node import Node
 
 from rig.devices import SystemClock

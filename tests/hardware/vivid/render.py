@@ -9,6 +9,7 @@ from rig_sim.clock import VirtualClock
 from rig_sim.world import World
 
 from rig.frames import GreyImage
+from rig.profile import SimCameraConfig
 from tests.hardware.vivid.sweep_bench import VARIANTS, places_mm, simulated_profile, stops
 from tests.support.cameras import Slide, SmallRig
 
@@ -34,7 +35,7 @@ def sweep_pictures() -> GreyImage:
     """Return what all views of the sweep's rig see at its stops, (stops, variants, V, H, W)."""
     profile, slide, clock = simulated_profile(), Slide(), VirtualClock()
     world = World(profile, clock=clock, carriage=slide, scene="board")
-    assert profile.camera.kind == "sim"
+    assert isinstance(profile.camera, SimCameraConfig)
     found: list[GreyImage] = []
     with SimCamera(profile.camera, world) as camera:
         for slide.at_mm in places_mm(profile, stops()):

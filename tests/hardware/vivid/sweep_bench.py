@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rig_sim.carriage import Carriage
 
 from rig.plan import Stop
-from rig.profile import Profile
+from rig.profile import GrblStageConfig, Profile
 from rig.profile.load import load_profile, parse_profile
 from rig.sweep.request import SweepRequest, plan_of
 from tests.hardware.vivid.output import VideoOutput
@@ -116,8 +116,7 @@ class Screens:
 
 def places_mm(profile: Profile, halts: Sequence[Stop]) -> list[float]:
     """Return the board's displacement from machine zero at each stop."""
-    assert profile.stage is not None
-    assert profile.stage.kind == "grbl"
+    assert isinstance(profile.stage, GrblStageConfig)
     zero_mm = profile.stage.distance_at_machine_zero_mm
     return [stop.distance_mm - zero_mm for stop in halts]
 

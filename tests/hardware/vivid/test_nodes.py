@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rig_drivers.v4l2 import LinuxKernel, video_nodes
 from rig_drivers.v4l2.controls import Controls
 from rig_drivers.v4l2.formats import Mode, pixel_formats, rate_offers, size_offers
+from rig_drivers.v4l2.inventory import video_nodes
+from rig_drivers.v4l2.kernel import LinuxKernel
 from rig_drivers.v4l2.node import Node
 
 from rig.errors import ConfigError, DeviceNotFoundError

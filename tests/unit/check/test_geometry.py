@@ -16,6 +16,7 @@ from rig.geometry.drift import Drift
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.rig_geometry_json import geometry_to_json
+from rig.profile import SimCameraConfig
 from rig.profile.load import load_profile
 from rig.records import StoredCalibration
 from tests.support.small_sim import SMALL_SIM
@@ -35,7 +36,7 @@ def picture(*changes: str) -> MultiView:
     """The simulated rig's view of its board at 800 mm."""
     profile = load_profile("sim", (*SMALL_SIM, *changes))
     world = World(profile, clock=VirtualClock(), carriage=Still(), scene="board")
-    assert profile.camera.kind == "sim"
+    assert isinstance(profile.camera, SimCameraConfig)
     with SimCamera(profile.camera, world) as camera:
         return camera.grab(1.0)
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from rig.errors import ConfigError
 from rig.places import profile_files
-from rig.profile import Profile
+from rig.profile import FolderCameraConfig, Profile
 from rig.profile.load import find_profile, load_profile, parse_profile
 
 
@@ -58,7 +58,11 @@ def test_a_typo_names_the_option_the_key_and_the_nearest_right_key(
         ("world.view_errors.lift.gain=1.0", "names no view: lift"),
         ("sweep.count='many'", "sweep.count: needs a whole number, found 'many'"),
         ("world.optics.focal_px=inf", "finite"),
-        ("camera.kind='oax'", "'sim', 'folder'"),
+        ("camera.kind='oax'", "camera.kind: there is no camera 'oax'"),
+        ("camera.kind='oax'", "did you mean oak?"),
+        ("camera.kind=3", "camera.kind: missing; one of: sim, folder"),
+        ("camera=3", "camera: must be a table with a kind"),
+        ("stage.kind='gbrl'", "did you mean grbl?"),
         ("views.middle.x_steps=0", "views has no middle; there are: centre, left"),
         ("sweep.count.more=1", "sweep.count has no keys below it"),
         ("no-equals-sign", "write it as key.path=value"),
@@ -103,7 +107,7 @@ def test_folder_paths_start_at_the_profile_file(tmp_path: Path):
         "[slopes]\nrange_px = [-1.0, 1.0]\n"
     )
     camera = load_profile(str(path)).camera
-    assert camera.kind == "folder"
+    assert isinstance(camera, FolderCameraConfig)
     assert Path(camera.folder) == tmp_path / "images"
 
 

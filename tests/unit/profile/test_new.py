@@ -8,15 +8,15 @@ import pytest
 
 from rig.discovery import Findings, FoundDevice
 from rig.errors import ConfigError
-from rig.profile import OakCameraConfig, V4l2CameraConfig
+from rig.profile import GrblStageConfig, OakCameraConfig, V4l2CameraConfig
 from rig.profile.load import load_profile, parse_profile
 from rig.profile.new import copied_text, write_new
 from rig.profile.plugged import recipe_for
-from rig.profile.template import CameraKind, Recipe, StageKind, profile_text
+from rig.profile.template import Recipe, new_cameras, new_stages, profile_text
 from tests.support.command import Command
 
-CAMERAS: tuple[CameraKind, ...] = ("v4l2", "oak")
-STAGES: tuple[StageKind | None, ...] = ("grbl", "zaber", "marlin", None)
+CAMERAS = new_cameras()
+STAGES: tuple[str | None, ...] = (*new_stages(), None)
 
 
 def found(kind: str, *names: str, description: str = "a thing") -> Findings:
@@ -26,7 +26,7 @@ def found(kind: str, *names: str, description: str = "a thing") -> Findings:
 @pytest.mark.parametrize(
     ("camera", "views", "stage"), list(itertools.product(CAMERAS, (2, 3, 4, 5), STAGES))
 )
-def test_every_recipe_makes_a_profile(camera: CameraKind, views: int, stage: StageKind | None):
+def test_every_recipe_makes_a_profile(camera: str, views: int, stage: str | None):
     text = profile_text(Recipe("bench", camera, views, stage))
     profile = parse_profile(tomllib.loads(text), source="new")
     assert profile.camera.kind == camera
@@ -45,7 +45,7 @@ def test_what_is_plugged_in_is_named():
     profile = parse_profile(tomllib.loads(text), source="new")
     assert isinstance(profile.camera, V4l2CameraConfig)
     assert list(profile.camera.devices.values()) == cameras
-    assert profile.stage is not None
+    assert isinstance(profile.stage, GrblStageConfig)
     assert profile.stage.port == "/dev/serial/by-id/usb-A"
     assert "# also plugged in: /dev/serial/by-id/usb-B" in text
     assert "/dev/ttyS0" not in text

@@ -9,4 +9,7 @@ check mode and the safety door.
 
 from rig_sim.firmware.grbl.firmware import GrblFirmware
 
-__all__ = ["GrblFirmware"]
+__all__ = ["GrblFirmware", "make"]
+
+make = GrblFirmware
+"""What `rig_sim.bench.make_firmware` calls."""

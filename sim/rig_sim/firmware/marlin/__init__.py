@@ -7,4 +7,7 @@ out heating, extruding, probing, levelling, memory cards and displays.
 
 from rig_sim.firmware.marlin.firmware import MarlinFirmware
 
-__all__ = ["MarlinFirmware"]
+__all__ = ["MarlinFirmware", "make"]
+
+make = MarlinFirmware
+"""What `rig_sim.bench.make_firmware` calls."""

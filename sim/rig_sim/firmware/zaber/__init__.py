@@ -6,4 +6,7 @@ manual; it leaves out streams, triggers, storage, lockstep, parking, and inputs 
 
 from rig_sim.firmware.zaber.chain import ZaberFirmware
 
-__all__ = ["ZaberFirmware"]
+__all__ = ["ZaberFirmware", "make"]
+
+make = ZaberFirmware
+"""What `rig_sim.bench.make_firmware` calls."""

@@ -39,7 +39,11 @@ def test_an_address_beyond_the_broadcast_is_tried():
         ("", [], "asked for the only OAK device, found none; check power and cable"),
         ("", [USB, POE], "found 18443010D1E5A70F00 (1.2.3), 184430102144CC1200 (192.168.1.7)"),
         ("184430", [USB], "asked for 184430, found 18443010D1E5A70F00 (1.2.3); correct"),
-        ("", [device("1.2", "1844", LOCKED)], "may not be opened; install the udev rule"),
+        (
+            "",
+            [device("1.2", "1844", LOCKED)],
+            "may not be opened; install the rules that",
+        ),
     ],
 )
 def test_what_is_there_is_named_where_nothing_fits(

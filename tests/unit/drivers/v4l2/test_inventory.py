@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from rig_drivers.v4l2 import abi, video_nodes
+from rig_drivers.v4l2 import abi
+from rig_drivers.v4l2.inventory import video_nodes
 from rig_sim.clock import VirtualClock
 
 from tests.support.video_kernel import FakeControl, FakeDevice, FakeVideoKernel

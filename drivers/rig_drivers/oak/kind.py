@@ -1,0 +1,105 @@
+"""OAK cameras as a kind of camera: devices, or simulated sensors in their place."""
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol, cast
+
+from rig.devices import Camera
+from rig.discovery import FoundDevice, Search
+from rig.profile import OakCameraConfig
+from rig.profile.kinds import CameraKind, CameraTemplate, NewCamera, Surroundings
+
+if TYPE_CHECKING:
+    from rig_drivers.oak.host_sensors import SourceRack
+    from rig_drivers.oak.sensors import Sensors
+
+_SOCKETS = ("CAM_A", "CAM_B", "CAM_C", "CAM_D", "CAM_E")
+_SECTION = """\
+[camera]
+kind = "oak"
+device = {device}        # id of the device; empty takes the only one there is
+width_px = {width_px}
+height_px = {height_px}
+rate_hz = 10           # low is cool, and leaves bandwidth
+exposure_s = 0.008     # locked; the white squares should reach 70 % of full scale
+iso = 100
+# lens_position = 130  # only for sensors with autofocus, and then needed
+max_skew_s = 0.005
+
+# By view name: the board socket of its sensor.
+[camera.sockets]
+{sockets}
+"""
+
+
+class _SimulatedSensors(Protocol):
+    """What a simulated bench must have for this kind."""
+
+    def oak_rack(
+        self, config: OakCameraConfig, *, device: str, views: tuple[str, ...]
+    ) -> "SourceRack": ...
+
+
+def _open(config: OakCameraConfig, around: Surroundings) -> Camera:
+    from rig_drivers.oak.camera import OakCamera
+
+    views = [view.name for view in around.views]
+    cameras = [
+        OakCamera(
+            config,
+            [view for view in views if view in sockets],
+            _sensors(config, device, sockets, around),
+            around.clock,
+        )
+        for device, sockets in config.by_device.items()
+    ]
+    if len(cameras) == 1:
+        return cameras[0]
+    from rig_drivers.array.camera_array import CameraArray
+
+    return CameraArray(
+        cameras,
+        views=views,
+        period_s=1.0 / config.rate_hz,
+        max_skew_s=config.max_skew_s,
+        timeout_s=config.timeout_s,
+    )
+
+
+def _sensors(
+    config: OakCameraConfig, device: str, sockets: Mapping[str, str], around: Surroundings
+) -> "Sensors":
+    if not config.is_simulated:
+        from rig_drivers.oak.device_sensors import DeviceSensors
+
+        return DeviceSensors(config, device, sockets)
+    from rig_drivers.oak.host_sensors import HostSensors
+
+    simulated = cast("_SimulatedSensors", around.simulated)
+    return HostSensors(simulated.oak_rack(config, device=device, views=tuple(sockets)))
+
+
+def _find(timeout_s: float) -> Sequence[FoundDevice]:
+    from rig_drivers.oak.inventory import list_oaks
+
+    return list_oaks(timeout_s)
+
+
+def _section(new: NewCamera) -> str:
+    pairs = zip(new.views, _SOCKETS, strict=False)
+    return _SECTION.format(
+        device=json.dumps(new.devices[0] if new.devices else ""),
+        width_px=new.width_px,
+        height_px=new.height_px,
+        sockets="\n".join(f'{view} = "{socket}"' for view, socket in pairs),
+    )
+
+
+OAK = CameraKind(
+    contract=1,
+    name="oak",
+    config=OakCameraConfig,
+    open=_open,
+    search=Search("oak", "camera.device", _find, "OAK cameras"),
+    template=CameraTemplate("OAK sensors", _section, views=2),
+)

@@ -1,0 +1,114 @@
+"""What rig has to know of a kind of camera or stage: one value each, built in or plugged in."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from rig.discovery import Search
+from rig.profile.cameras import CameraConfig
+from rig.profile.stages import StageConfig
+from rig.profile.views import ViewConfig
+
+if TYPE_CHECKING:  # profiles are read without what devices need
+    from rig.devices import Camera, Clock, Stage
+
+CONTRACT = 1
+"""Version of the values of this module and of `rig.devices`; a kind says for which it is made."""
+
+CameraConfigT = TypeVar("CameraConfigT", bound=CameraConfig)
+StageConfigT = TypeVar("StageConfigT", bound=StageConfig)
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What a device is opened in."""
+
+    profile: str
+    """Name of the profile, for messages."""
+    views: tuple[ViewConfig, ...]
+    """Of the profile; every grab of a camera gives them in this order."""
+    clock: "Clock"
+    """Time of the whole bench; deadlines and times of frames are its times."""
+    simulated: object | None = None
+    """The simulated bench where the profile has one; what it is only the simulation knows."""
+
+
+@dataclass(frozen=True, slots=True)
+class NewCamera:
+    """What is known of a camera when its section of a new profile is written."""
+
+    views: tuple[str, ...]
+    """Names of the views."""
+    devices: tuple[str, ...]
+    """What is plugged in, by the names that its search gave; perhaps more or fewer than views."""
+    width_px: int
+    height_px: int
+
+
+@dataclass(frozen=True, slots=True)
+class NewStage:
+    """What is known of a stage when its section of a new profile is written."""
+
+    devices: tuple[str, ...]
+    """What is plugged in, by the names that its search gave; the first one is likely the stage."""
+    near_mm: float
+    far_mm: float
+    """Nearest and farthest distance that the new profile sweeps over."""
+
+
+@dataclass(frozen=True, slots=True)
+class CameraTemplate:
+    """How `rig profile new` describes a camera."""
+
+    title: str
+    """What it is made of, as `V4L2 cameras`."""
+    section: Callable[[NewCamera], str]
+    """Gives `[camera]` as TOML with comments; guesses say MEASURE."""
+    views: int | None = None
+    """How many views it has when nobody says; None: as many as devices are plugged in."""
+
+
+@dataclass(frozen=True, slots=True)
+class StageTemplate:
+    """How `rig profile new` describes a stage."""
+
+    section: Callable[[NewStage], str]
+    """Gives `[stage]` as TOML with comments, `may_move = false`; guesses say MEASURE."""
+    adapter: str | None = None
+    """A word in lower case by which the description of a plugged-in device tells this kind."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraKind(Generic[CameraConfigT]):
+    """A kind of camera: whatever gives one multi-view per grab."""
+
+    contract: int
+    """The `CONTRACT` for which it is made, written as a number."""
+    name: str
+    """`camera.kind` of a profile; the entry point has the same name."""
+    config: type[CameraConfigT]
+    """Its section of a profile; its `kind` is `Literal[name]`."""
+    open: Callable[[CameraConfigT, Surroundings], "Camera"]
+    """Gives the camera, not yet opened; imports what it takes only when it is called."""
+    search: Search | None = None
+    """How `rig devices` finds what is plugged in; kinds may share one."""
+    template: CameraTemplate | None = None
+    """How a new profile begins with it; None where none does."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StageKind(Generic[StageConfigT]):
+    """A kind of stage: whatever carries the target along one axis."""
+
+    contract: int
+    """The `CONTRACT` for which it is made, written as a number."""
+    name: str
+    """`stage.kind` of a profile; the entry point has the same name."""
+    config: type[StageConfigT]
+    """Its section of a profile; its `kind` is `Literal[name]`."""
+    open: Callable[[StageConfigT, Surroundings], "Stage"]
+    """Gives the stage, not yet opened; imports what it takes only when it is called."""
+    search: Search | None = None
+    """How `rig devices` finds what is plugged in; kinds may share one."""
+    template: StageTemplate | None = None
+    """How a new profile begins with it; None where none does."""

@@ -1,0 +1,19 @@
+"""The simulated camera as a kind of camera."""
+
+from typing import TYPE_CHECKING, cast
+
+from rig.devices import Camera
+from rig.profile import SimCameraConfig
+from rig.profile.kinds import CameraKind, Surroundings
+
+if TYPE_CHECKING:
+    from rig_sim.bench import SimulatedBench
+
+
+def _open(config: SimCameraConfig, around: Surroundings) -> Camera:
+    from rig_sim.camera import SimCamera
+
+    return SimCamera(config, cast("SimulatedBench", around.simulated).world)
+
+
+SIM = CameraKind(contract=1, name="sim", config=SimCameraConfig, open=_open)
