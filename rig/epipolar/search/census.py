@@ -28,8 +28,9 @@ def join_census(
     cameras: Cameras,
     labels_px: NDArray[np.float32],
     noise_levels: float,
+    share: float,
 ) -> None:
-    """Turn costs (H, L, W) into the mean of them and of how the neighbourhoods differ.
+    """Let costs (H, L, W) tell by a share how the neighbourhoods differ.
 
     Args:
         costs: of every slope at every pixel, 0 to `COST_MAX`.
@@ -37,6 +38,7 @@ def join_census(
         cameras: where the views stand.
         labels_px: (L,) slopes, px per view step; the views are read at the nearest pixel.
         noise_levels: of the grey values, 1 sigma.
+        share: of the neighbourhoods in the sum.
     """
     codes = np.empty(images.shape, np.uint64)
 
@@ -57,7 +59,7 @@ def join_census(
         plane = np.empty(images.shape[1:], np.float32)
         for label in range(start, stop):
             _differences(codes, cameras.reference, others, right[label], down[label], plane)
-            _join(mean(plane, 1), weight, costs[:, label])
+            _join(mean(plane, 1), weight, costs[:, label], np.float32(share))
 
     run_in_bands(work, len(labels_px))
 
@@ -136,12 +138,15 @@ def _differences(
 
 @kernel()
 def _join(
-    plane: NDArray[np.float32], weight: NDArray[np.float32], costs: NDArray[np.uint8]
+    plane: NDArray[np.float32],
+    weight: NDArray[np.float32],
+    costs: NDArray[np.uint8],
+    share: np.float32,
 ) -> None:
     height, width = plane.shape
-    scale, limit, half = np.float32(COST_MAX / _BITS), np.float32(COST_MAX), np.float32(0.5)
+    scale, limit, rest = np.float32(COST_MAX / _BITS), np.float32(COST_MAX), np.float32(1) - share
     for v in range(height):
-        own, share, bits = costs[v], weight[v], plane[v]
+        own, counts, bits = costs[v], weight[v], plane[v]
         for u in range(width):
-            differs = share[u] * min(scale * bits[u], limit)
-            own[u] = np.uint8(half * (np.float32(own[u]) + differs))
+            differs = counts[u] * min(scale * bits[u], limit)
+            own[u] = np.uint8(rest * np.float32(own[u]) + share * differs)

@@ -26,6 +26,7 @@ _STEP_PENALTY, _JUMP_PENALTIES = 40, (80.0, 180.0)
 _TEXTURE_MISMATCH, _GREY_MISMATCH = 1.7, 1.0
 PAIR_ERROR_PX = _SHIFT_PX / 12**0.5
 """Error of slopes anywhere about their label, as a shift in the outermost view, 1 sigma."""
+_CENSUS_SHARE, _CENSUS_SHARE_BESIDE_GREY = 0.5, 1 / 3
 _LARGEST_VOLUME = 1.3e8
 """Costs up to which it is searched at full size: four bytes each at most."""
 
@@ -85,9 +86,11 @@ def _costs(
     steps = cameras.x_steps, cameras.y_steps
     mismatch = _TEXTURE_MISMATCH * texture_levels(centres)
     costs = sweep_costs(raised, *steps, cameras.reference, labels, mismatch, centres)
+    share = _CENSUS_SHARE
     if scales.misfit_px == 0 and not scales.is_alike and is_whole:
         # Views that differ by no more than noise can be compared as they are, too.
         grey_mismatch = _GREY_MISMATCH * scales.truncation
         average(costs, sweep_costs(images, *steps, cameras.reference, labels, grey_mismatch))
-    join_census(costs, soft, cameras, labels, scales.noise)
+        share = _CENSUS_SHARE_BESIDE_GREY
+    join_census(costs, soft, cameras, labels, scales.noise, share)
     return costs
