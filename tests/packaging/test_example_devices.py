@@ -70,5 +70,5 @@ def test_a_stage_that_clips_is_noticed(environment: Environment, tmp_path: Path)
         "    config = DummyStageConfig(kind='dummy', travel_mm=(400.0, 1200.0))\n"
         "    return StageCase(Clipping(config, clock), clock, 0.001)\n"
     )
-    with pytest.raises(AssertionError, match="FAILED .*test_outside_the_travel_nothing_moves"):
+    with pytest.raises(AssertionError, match=r"FAILED .*test_outside_the_travel_nothing_moves"):
         suites(environment, tmp_path, "rig.testing.test_stage", "clipping")
