@@ -1,7 +1,6 @@
 """A camera for sweeps in which only the stage matters."""
 
 from collections.abc import Callable, Iterator, Mapping
-from types import TracebackType
 from typing import Self
 
 import numpy as np
@@ -25,12 +24,7 @@ class Witness:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Nothing to give back."""
 
     def grab(self, timeout_s: float) -> MultiView:

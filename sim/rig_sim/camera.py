@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from types import TracebackType
 from typing import Self
 
 from rig.devices import not_open
@@ -36,12 +35,7 @@ class SimCamera:
         self._late = 0
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._opened_s = None
 
     @property

@@ -5,7 +5,6 @@ import time
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Final, Self
 
 from rig.devices import Camera, not_open
@@ -103,12 +102,7 @@ class CameraArray:
         self._takers.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Close all; a camera that is silent delays this by at most its own timeout."""
         with self._news:
             self._is_open = False

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from datetime import timedelta
-from types import TracebackType
 from typing import Protocol, Self
 
 import numpy as np
@@ -92,12 +91,7 @@ class HostSensors:
         self._failures = Failures()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None: ...
+    def __exit__(self, *_: object) -> None: ...
 
     @property
     def name(self) -> str:

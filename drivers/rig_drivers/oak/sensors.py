@@ -1,32 +1,17 @@
 """The seam: where streams come from; nothing behind it knows whether there is a device."""
 
-from collections.abc import Mapping
-from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol
 
+from rig.devices import Device
 from rig_drivers.oak.sdk import dai
 
 
-class Sensors(Protocol):
+class Sensors(Device, Protocol):
     """Sensors that can be wired into a pipeline; open inside `with`."""
-
-    def __enter__(self) -> Self: ...
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None: ...
 
     @property
     def name(self) -> str:
         """Name of the device in messages."""
-        ...
-
-    @property
-    def identity(self) -> Mapping[str, str]:
-        """See `rig.devices.Device.identity`."""
         ...
 
     def pipeline(self) -> dai.Pipeline:

@@ -4,7 +4,6 @@ import atexit
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import timedelta
-from types import TracebackType
 from typing import Self, cast
 
 from rig.errors import DeviceLostError
@@ -68,12 +67,7 @@ class Streams:
             raise
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._stop()
 
     def next_group(self, wait_s: float) -> Group | None:

@@ -1,6 +1,5 @@
 """Lines of text over a serial port: the one door to pyserial."""
 
-from types import TracebackType
 from typing import Protocol, Self
 
 import serial
@@ -60,12 +59,7 @@ class SerialLine:
         self.open()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     @property

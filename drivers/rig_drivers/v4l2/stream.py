@@ -4,7 +4,6 @@ import contextlib
 import ctypes
 from collections import Counter
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Self
 
 import numpy as np
@@ -94,12 +93,7 @@ class CaptureStream:
         except OSError as error:
             raise self._not_started(error) from error
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._release()
 
     def next(self, timeout_s: float) -> RawFrame:

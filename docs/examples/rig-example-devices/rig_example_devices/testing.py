@@ -1,4 +1,4 @@
-"""Its devices for the suites: `pytest --pyargs rig.testing -p rig_example_devices.testing`."""
+"""Devices for the suites: `pytest --pyargs rig.testing -p rig_example_devices.testing`."""
 
 import pytest
 

@@ -2,7 +2,8 @@
 
 import math
 
-from rig_sim.firmware.grbl.machine import HOMING_NO_SWITCH, HOMING_PULL_OFF, Machine, Program
+from rig_sim.firmware.chip import Program
+from rig_sim.firmware.grbl.machine import HOMING_NO_SWITCH, HOMING_PULL_OFF, Machine
 from rig_sim.firmware.grbl.realtime import realtime
 from rig_sim.firmware.grbl.report import State
 

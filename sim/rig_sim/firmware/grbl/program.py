@@ -2,9 +2,10 @@
 
 from collections.abc import Generator, Sequence
 
+from rig_sim.firmware.chip import Program
 from rig_sim.firmware.grbl.gcode import Block, GcodeError, parse_block
 from rig_sim.firmware.grbl.homing import home
-from rig_sim.firmware.grbl.machine import SOFT_LIMIT, Machine, Program
+from rig_sim.firmware.grbl.machine import SOFT_LIMIT, Machine
 from rig_sim.firmware.grbl.realtime import auto_start, realtime
 from rig_sim.firmware.grbl.report import (
     BANNERS,

@@ -1,6 +1,7 @@
 """What GRBL does at every point where it looks at its flags: alarms, reports, holds, resets."""
 
-from rig_sim.firmware.grbl.machine import HARD_LIMIT, SOFT_LIMIT, Machine, Program
+from rig_sim.firmware.chip import Program
+from rig_sim.firmware.grbl.machine import HARD_LIMIT, SOFT_LIMIT, Machine
 from rig_sim.firmware.grbl.report import State
 
 ALARM_PAUSE_S = 0.5
