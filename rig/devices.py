@@ -3,10 +3,12 @@
 import time
 from collections.abc import Iterator, Mapping
 from types import TracebackType
-from typing import Protocol, Self
+from typing import TYPE_CHECKING, Protocol, Self
 
 from rig.errors import DeviceError, DeviceLostError
-from rig.frames import MultiView
+
+if TYPE_CHECKING:  # whoever only names devices needs no arrays
+    from rig.frames import MultiView
 
 
 class Clock(Protocol):
@@ -61,7 +63,7 @@ class Camera(Device, Protocol):
         """Names of the views in the order in which every grab returns them."""
         ...
 
-    def grab(self, timeout_s: float) -> MultiView:
+    def grab(self, timeout_s: float) -> "MultiView":
         """Expose all views after this call began and return them.
 
         Never returns a frame that was already queued: the stage may have moved since.
@@ -73,7 +75,7 @@ class Camera(Device, Protocol):
         """
         ...
 
-    def stream(self) -> Iterator[MultiView]:
+    def stream(self) -> "Iterator[MultiView]":
         """Yield multi-views for live use, dropping the oldest; the driver is never blocked.
 
         A stored camera (folder, recording) yields every multi-view once and ends.

@@ -1,5 +1,7 @@
 """Other people's kinds: found by their entry points; a wrong one is refused in one line."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -102,6 +104,16 @@ def test_a_search_that_breaks_is_a_note(site: Path, rig: Command):
     answer = rig("devices", "--timeout-s", "5", "--json")
     assert answer.code == 0
     assert "loose-driver: its search failed, ZeroDivisionError" in answer.json["loose"]["note"]
+
+
+def test_kinds_are_listed_without_what_they_need():
+    code = (
+        "import sys; from rig.profile.plugins import CAMERAS, STAGES; "
+        "CAMERAS.kinds(), STAGES.kinds(); "
+        "print([m for m in ('numpy', 'cv2', 'serial', 'depthai', 'mitsuba') if m in sys.modules])"
+    )
+    command = [sys.executable, "-c", code]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "[]\n"
 
 
 def test_the_rules_for_users_are_printed(rig: Command):
