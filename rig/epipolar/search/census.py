@@ -18,7 +18,7 @@ from rig.epipolar.search.window import Cameras
 
 _RADIUS_PX, _BITS = 2, 24
 """5 x 5 px; two bits of each neighbour, of which a point without any likeness differs in half."""
-_SURE_LEVELS, _TEXTURE_RADIUS_PX = 1.5, 4
+_SURE_SHARE, _TEXTURE_RADIUS_PX = 1.5, 4
 """Gradient, over the noise, at which the cost counts for half."""
 
 
@@ -27,7 +27,7 @@ def join_census(
     images: NDArray[np.float32],
     cameras: Cameras,
     labels_px: NDArray[np.float32],
-    noise: float,
+    noise_levels: float,
     share: float,
 ) -> None:
     """Let costs (H, L, W) tell by a share how the neighbourhoods differ.
@@ -37,15 +37,15 @@ def join_census(
         images: (V, H, W) grey values.
         cameras: where the views stand.
         labels_px: (L,) slopes, px per view step; the views are read at the nearest pixel.
-        noise: of the grey values, 1 sigma.
+        noise_levels: noise of the grey values, 1 sigma.
         share: of the neighbourhoods in the sum.
     """
-    codes = np.empty(images.shape, np.uint64)
+    codes, r = np.empty(images.shape, np.uint64), _RADIUS_PX
 
     def encode(start: int, stop: int) -> None:
         for i in range(start, stop):
-            border = cv2.copyMakeBorder(images[i], *(4 * [_RADIUS_PX]), cv2.BORDER_REPLICATE)
-            _encode(np.asarray(border, np.float32), np.float32(noise), codes[i])
+            border = cv2.copyMakeBorder(images[i], r, r, r, r, cv2.BORDER_REPLICATE)
+            _encode(np.asarray(border, np.float32), np.float32(noise_levels), codes[i])
 
     run_in_bands(encode, len(images))
     others = np.flatnonzero(np.arange(len(images)) != cameras.reference)
@@ -53,7 +53,7 @@ def join_census(
         np.rint(np.outer(labels_px, steps[others])).astype(np.int64)
         for steps in (cameras.x_steps, cameras.y_steps)
     )
-    weight = _weight(images[cameras.reference], cameras, noise)
+    weight = _weight(images[cameras.reference], cameras, noise_levels)
 
     def work(start: int, stop: int) -> None:
         plane = np.empty(images.shape[1:], np.float32)
@@ -64,12 +64,14 @@ def join_census(
     run_in_bands(work, len(labels_px))
 
 
-def _weight(grey: NDArray[np.float32], cameras: Cameras, noise: float) -> NDArray[np.float32]:
+def _weight(
+    grey: NDArray[np.float32], cameras: Cameras, noise_levels: float
+) -> NDArray[np.float32]:
     """Share of a patch's squared gradients along the lines that is texture, (H, W)."""
     is_row = np.abs(cameras.x_steps).max() >= np.abs(cameras.y_steps).max()
     tilt = cv2.Sobel(grey, cv2.CV_32F, int(is_row), int(not is_row), ksize=1, scale=0.5)
     power = mean(np.square(np.asarray(tilt, np.float32)), _TEXTURE_RADIUS_PX)
-    return power / (power + np.float32((_SURE_LEVELS * noise) ** 2))
+    return np.asarray(power / (power + np.float32((_SURE_SHARE * noise_levels) ** 2)), np.float32)
 
 
 @kernel()
