@@ -44,6 +44,11 @@ class RunChoice:
     """Number of a calibration, `none`, or None for the newest good one of the rig, if any."""
     curve: CurveChoice = "newest"
 
+    @property
+    def absent(self) -> Literal["refused", "empty"]:
+        """What a database that is not there means: without one there is no curve to choose."""
+        return "empty" if self.curve == "none" else "refused"
+
 
 @dataclass(frozen=True, slots=True)
 class RunCurve:

@@ -30,7 +30,7 @@ def capture_on_rig(
         DeviceError: the camera failed; what was written before is kept.
         StoreError: no such calibration or curve, or folder or recording cannot be written.
     """
-    with open_store(choice.database, absent="empty") as store:
+    with open_store(choice.database, absent=choice.absent) as store:
         run = open_run(store, profile, choice.calibration, choice.curve)
         if request.folder is None and request.ends:
             request = replace(request, folder=new_folder(store, "captures", profile.name))

@@ -48,7 +48,7 @@ def compare_on_rig(
     Raises:
         RigError: as `compare_methods`; or calibration or curve do not fit the rig.
     """
-    with open_store(choice.database, absent="empty") as store:
+    with open_store(choice.database, absent=choice.absent) as store:
         run = open_run(store, profile, choice.calibration, choice.curve)
         with open_camera(profile) as (camera, _):
             return compare_methods(run, request, camera, store, progress)

@@ -22,5 +22,5 @@ def export_stored(
         FormatError: the format cannot hold it.
         StoreError: it is not there, or cannot be written.
     """
-    with open_store(database) as store:
+    with open_store(database, absent="refused") as store:
         return exporter.export(store, number, out)

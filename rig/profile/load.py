@@ -197,4 +197,4 @@ def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
 
 def _kind(model: type[BaseModel]) -> object:
     field = model.model_fields.get("kind")
-    return get_args(field.annotation)[0] if field is not None else None
+    return next(iter(get_args(field.annotation)), None) if field is not None else None

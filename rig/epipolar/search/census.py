@@ -18,7 +18,7 @@ from rig.epipolar.search.window import Cameras
 
 _RADIUS_PX, _BITS = 2, 24
 """5 x 5 px; two bits of each neighbour, of which a point without any likeness differs in half."""
-_SURE_LEVELS, _TEXTURE_RADIUS_PX = 1.5, 4
+_SURE_SHARE, _TEXTURE_RADIUS_PX = 1.5, 4
 """Gradient, over the noise, at which the cost counts for half."""
 
 
@@ -37,14 +37,14 @@ def join_census(
         images: (V, H, W) grey values.
         cameras: where the views stand.
         labels_px: (L,) slopes, px per view step; the views are read at the nearest pixel.
-        noise_levels: of the grey values, 1 sigma.
+        noise_levels: noise of the grey values, 1 sigma.
         share: of the neighbourhoods in the sum.
     """
-    codes = np.empty(images.shape, np.uint64)
+    codes, r = np.empty(images.shape, np.uint64), _RADIUS_PX
 
     def encode(start: int, stop: int) -> None:
         for i in range(start, stop):
-            border = np.pad(images[i], _RADIUS_PX, mode="edge")
+            border = cv2.copyMakeBorder(images[i], r, r, r, r, cv2.BORDER_REPLICATE)
             _encode(np.asarray(border, np.float32), np.float32(noise_levels), codes[i])
 
     run_in_bands(encode, len(images))
@@ -71,7 +71,7 @@ def _weight(
     is_row = np.abs(cameras.x_steps).max() >= np.abs(cameras.y_steps).max()
     tilt = cv2.Sobel(grey, cv2.CV_32F, int(is_row), int(not is_row), ksize=1, scale=0.5)
     power = mean(np.square(np.asarray(tilt, np.float32)), _TEXTURE_RADIUS_PX)
-    return power / (power + np.float32((_SURE_LEVELS * noise_levels) ** 2))
+    return np.asarray(power / (power + np.float32((_SURE_SHARE * noise_levels) ** 2)), np.float32)
 
 
 @kernel()

@@ -14,6 +14,8 @@ LEFT, RIGHT, ABOVE, BELOW = range(HALVES)
 """Index of each half; two of one axis follow each other."""
 COST_MAX = 240
 _UNSEEN = np.float32(1e12)
+NO_VIEWS = np.float32(3) * _UNSEEN
+"""What `mean_of_three` would say of a half without views."""
 # Share of the truncation by which the worse half may raise the cost of its axis: enough to settle
 # ties, too little to let a hidden half spoil the vote.
 _EXCESS = np.float32(0.03)
@@ -59,11 +61,17 @@ def mean_of_three(
     sums: NDArray[np.float32],
     shares: NDArray[np.float32],
     unseen: NDArray[np.float32],
+    has_views: NDArray[np.bool_],
     out: NDArray[np.float32],
 ) -> None:
-    """Mean difference of each half (4, W) from sums and `shares_of`, added over three columns."""
+    """Mean difference of each half (4, W) from sums and `shares_of`, added over three columns.
+
+    Halves without views are left as they are: `NO_VIEWS`.
+    """
     width = sums.shape[1]
     for h in range(HALVES):
+        if not has_views[h]:
+            continue
         total, share, none, row = sums[h], shares[h], unseen[h], out[h]
         for u in range(width):
             total[u] = total[u] * share[u] + none[u]

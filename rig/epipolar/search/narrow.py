@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from rig.compute.bands import run_in_bands
 from rig.compute.kernel import kernel
 from rig.epipolar.sampling import pad, sample_points
-from rig.epipolar.search.halves import HALVES, assign_halves, join_halves, mean_of_three, shares_of
+from rig.epipolar.search.halves import (
+    HALVES,
+    NO_VIEWS,
+    assign_halves,
+    join_halves,
+    mean_of_three,
+    shares_of,
+)
 
 _LINES = 6
 _COLUMNS, _HERE, _SLOPE, _GREY, _TILT, _SEEN = range(_LINES)
@@ -46,17 +53,18 @@ def narrow_costs(
     costs = np.empty((height, len(offsets_px), width), np.uint8)
     padded = pad(images, x_steps, y_steps)
     half = assign_halves(x_steps, y_steps)
+    has_views = np.isin(np.arange(HALVES), half)
     xs, ys = x_steps.astype(np.float32), y_steps.astype(np.float32)
 
     def work(start: int, stop: int) -> None:
         lines = np.empty((_LINES, width), np.float32)
         lines[_COLUMNS] = np.arange(width)
         sums = np.empty((2, HALVES, width), np.float32)
-        rows = np.empty((3, HALVES, width), np.float32)
+        rows = np.full((3, HALVES, width), NO_VIEWS, np.float32)
         for k, offset in enumerate(offsets_px):
             _narrow(
                 padded, images[reference], xs, ys, half, centre_px, offset,
-                np.float32(truncation), start, stop, lines, sums, rows, k, costs,
+                np.float32(truncation), start, stop, lines, sums, has_views, rows, k, costs,
             )  # fmt: skip
 
     run_in_bands(work, height)
@@ -77,6 +85,7 @@ def _narrow(
     stop: int,
     lines: NDArray[np.float32],
     sums: NDArray[np.float32],
+    has_views: NDArray[np.bool_],
     rows: NDArray[np.float32],
     k: int,
     costs: NDArray[np.uint8],
@@ -105,7 +114,7 @@ def _narrow(
                         sums[_COUNT, half[i]],
                     )  # fmt: skip
             shares_of(sums[_COUNT], unseen)
-            mean_of_three(sums[_TOTAL], sums[_COUNT], unseen, rows[v % 3])
+            mean_of_three(sums[_TOTAL], sums[_COUNT], unseen, has_views, rows[v % 3])
         if v > start:
             above, below = rows[max(v - 2, 0) % 3], rows[min(v, height - 1) % 3]
             join_halves(above, rows[(v - 1) % 3], below, truncation, costs[v - 1, k])

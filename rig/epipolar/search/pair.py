@@ -16,6 +16,7 @@ from rig.epipolar.search.census import join_census
 from rig.epipolar.search.contrast import raise_texture, texture_levels
 from rig.epipolar.search.cross_check import fill_unshared, shared_slopes
 from rig.epipolar.search.found import Found
+from rig.epipolar.search.narrow import narrow_costs
 from rig.epipolar.search.penalties import fading_penalties
 from rig.epipolar.search.plane_sweep import average, sweep_costs
 from rig.epipolar.search.shrink import grow, shrink
@@ -27,6 +28,8 @@ _TEXTURE_MISMATCH, _GREY_MISMATCH = 1.7, 1.0
 PAIR_ERROR_PX = _SHIFT_PX / 12**0.5
 """Error of slopes anywhere about their label, as a shift in the outermost view, 1 sigma."""
 _CENSUS_SHARE, _CENSUS_SHARE_BESIDE_GREY = 0.5, 1 / 3
+_CLOSER_STEP, _CLOSER_REACH = 0.5, 3
+"""After a search at half size: labels, of its own, and how many of them either way."""
 _LARGEST_VOLUME = 1.3e8
 """Costs up to which it is searched at full size: four bytes each at most."""
 
@@ -46,12 +49,12 @@ def search_pair(
     step_px = _SHIFT_PX / LABEL_SHIFT_PX * cameras.step_px
     volume = height * width * len(_whole_labels(window, step_px))
     factor = 1 + int(volume > _LARGEST_VOLUME)
-    small = shrink(images, factor)
+    small, whole = shrink(images, factor), window
     if factor > 1:
         window = window.shrunk(factor)
     labels = _whole_labels(window, step_px)
     costs = _costs(small, cameras, labels, scales, is_whole=factor == 1)
-    penalties = fading_penalties(small[cameras.reference], *_JUMP_PENALTIES)
+    penalties = fading_penalties(small[cameras.reference], _JUMP_PENALTIES)
     total = aggregate(costs, *penalties, _STEP_PENALTY)
     add_diagonals(costs, *penalties, _STEP_PENALTY, total)
     slope = winners(total, labels, window.low_px, window.high_px)
@@ -62,7 +65,35 @@ def search_pair(
         shape = (height, width)
         slope, rival = (np.float32(factor) * grow(part, factor, shape) for part in (slope, rival))
         shared = grow(shared.astype(np.float32), factor, shape) > 0
+        slope = whole.hold(_closer(images, cameras, slope, step_px))
     return Found(slope, rival, ~shared)
+
+
+def _closer(
+    images: NDArray[np.float32],
+    cameras: Cameras,
+    slope_px: NDArray[np.float32],
+    step_px: float,
+) -> NDArray[np.float32]:
+    """Look once more at full size, around slopes (H, W) from half of it."""
+    raised, centres = raise_texture(_softened(images), cameras)
+    is_row = bool(np.abs(cameras.x_steps).max() >= np.abs(cameras.y_steps).max())
+    raised[cameras.reference] = centres[0 if is_row else 1]
+    labels = np.arange(-_CLOSER_REACH, _CLOSER_REACH + 1, dtype=np.float32)
+    offsets = np.float32(_CLOSER_STEP * step_px) * labels
+    steps = cameras.x_steps, cameras.y_steps
+    mismatch = _TEXTURE_MISMATCH * texture_levels(centres)
+    costs = narrow_costs(raised, *steps, cameras.reference, slope_px, offsets, mismatch)
+    step_penalty = int(_CLOSER_STEP * _STEP_PENALTY)
+    penalties = fading_penalties(images[cameras.reference], _JUMP_PENALTIES)
+    total = aggregate(costs, *penalties, step_penalty)
+    add_diagonals(costs, *penalties, step_penalty, total)
+    bound = np.full(slope_px.shape, offsets[-1], np.float32)
+    return median_of_nine(slope_px + winners(total, offsets, -bound, bound))
+
+
+def _softened(images: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.stack([cv2.GaussianBlur(image, (0, 0), _SOFT_PX) for image in images])
 
 
 def _whole_labels(window: Window, step_px: float) -> NDArray[np.float32]:
@@ -81,7 +112,7 @@ def _costs(
     is_whole: bool,
 ) -> NDArray[np.uint8]:
     """Cost (H, L, W) of softened texture, and of grey values where they are to be trusted."""
-    soft = np.stack([cv2.GaussianBlur(image, (0, 0), _SOFT_PX) for image in images])
+    soft = _softened(images)
     raised, centres = raise_texture(soft, cameras)
     steps = cameras.x_steps, cameras.y_steps
     mismatch = _TEXTURE_MISMATCH * texture_levels(centres)

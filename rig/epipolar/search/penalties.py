@@ -11,9 +11,10 @@ _JUMP_PER_LABEL = 0.4
 
 
 def fading_penalties(
-    grey: NDArray[np.float32], low: int, high: int
+    grey: NDArray[np.float32], bounds: tuple[float, float]
 ) -> tuple[NDArray[np.int16], NDArray[np.int16]]:
-    """Penalties that fall from high to low at the grey edges of a picture, right and down."""
+    """Penalties that fall to the lower bound at the grey edges of a picture, right and down."""
+    low, high = bounds
     edges = [np.abs(np.diff(grey, axis=a, prepend=grey.take([0], axis=a))) for a in (1, 0)]
     # What most neighbours differ by is no edge.
     scale = np.float32(_EDGE * float(np.mean([edge.mean() for edge in edges])) + 1e-6)

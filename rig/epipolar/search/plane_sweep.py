@@ -13,6 +13,7 @@ from rig.compute.kernel import kernel
 from rig.epipolar.drift_fit import drift_of_all
 from rig.epipolar.search.halves import (
     HALVES,
+    NO_VIEWS,
     assign_halves,
     is_beside,
     join_halves,
@@ -102,7 +103,10 @@ def _sweep(
         np.empty((HALVES, width), np.float32),
     )
     blend = np.empty(width, np.float32)
-    rows = np.empty((3, HALVES, width), np.float32)
+    rows = np.full((3, HALVES, width), NO_VIEWS, np.float32)
+    has_views = np.zeros(HALVES, np.bool_)
+    for k in range(len(order)):
+        has_views[half[order[k]]] = True
     for label in range(start, stop):
         slope = labels[label]
         for v in range(height + 1):
@@ -114,7 +118,7 @@ def _sweep(
                     images, x_steps, y_steps, half, order, axis, centres, v, slope, truncation,
                     drift, blend, sums,
                 )  # fmt: skip
-                mean_of_three(sums, shares, unseen, rows[v % 3])
+                mean_of_three(sums, shares, unseen, has_views, rows[v % 3])
             if v > 0:
                 above = rows[max(v - 2, 0) % 3]
                 below = rows[min(v, height - 1) % 3]

@@ -151,7 +151,7 @@ def search_coarsely(
     truncation = _FULL_MISMATCH * texture_levels(centres)
     steps = cameras.x_steps, cameras.y_steps
     costs = sweep_costs(raised, *steps, cameras.reference, labels, truncation, centres)
-    penalties = fading_penalties(images[cameras.reference], *_COARSE_JUMP_PENALTIES)
+    penalties = fading_penalties(images[cameras.reference], _COARSE_JUMP_PENALTIES)
     total = aggregate(costs, *penalties, _COARSE_STEP_PENALTY)
     slope = winners(total, labels, window.low_px, window.high_px)
     return window.hold(median_of_nine(slope))

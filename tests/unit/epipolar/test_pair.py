@@ -61,7 +61,7 @@ def test_neighbourhoods_tell_the_slope_whatever_the_light() -> None:
     labels = np.arange(0, 12, dtype=np.float32)
     costs = np.zeros((SHAPE[0], len(labels), SHAPE[1]), np.uint8)
     join_census(
-        costs, np.stack([left, right]).astype(np.float32), PAIR, labels, noise=0.1, share=0.5
+        costs, np.stack([left, right]).astype(np.float32), PAIR, labels, noise_levels=0.1, share=0.5
     )
     inner = costs[4:-4, :, 16:-4].astype(int)
     assert np.mean(inner.argmin(axis=1) == 5) > 0.99
@@ -72,10 +72,12 @@ def test_neighbourhoods_of_a_plain_wall_cost_nothing() -> None:
     rng = np.random.default_rng(2)
     walls = (120.0 + rng.normal(0.0, 1.0, (2, *SHAPE))).astype(np.float32)
     costs = np.zeros((SHAPE[0], 3, SHAPE[1]), np.uint8)
-    join_census(costs, walls, PAIR, np.arange(3, dtype=np.float32), noise=1.0, share=0.5)
+    join_census(costs, walls, PAIR, np.arange(3, dtype=np.float32), noise_levels=1.0, share=0.5)
     textured = np.zeros_like(costs)
     pictures = np.stack([picture(3), picture(7)])
-    join_census(textured, pictures, PAIR, np.arange(3, dtype=np.float32), noise=1.0, share=0.5)
+    join_census(
+        textured, pictures, PAIR, np.arange(3, dtype=np.float32), noise_levels=1.0, share=0.5
+    )
     assert costs[:, :, 8:].mean() < 0.35 * textured[:, :, 8:].mean()
 
 
@@ -84,7 +86,7 @@ def test_faint_wide_structure_is_texture_and_noise_is_not() -> None:
     rng = np.random.default_rng(5)
     noise = rng.normal(0.0, 2.0, (96, 128)).astype(np.float32)
     columns = np.arange(128)
-    waves = noise + np.float32(9.0) * np.sin(2 * np.pi * columns / 24).astype(np.float32)
+    waves = (noise + 9.0 * np.sin(2 * np.pi * columns / 24)).astype(np.float32)
     assert has_coarse_texture(noise, scales, is_row=True).mean() < 0.02
     assert has_coarse_texture(waves, scales, is_row=True).mean() > 0.9
     assert has_coarse_texture(waves, scales, is_row=False).mean() < 0.05
