@@ -67,7 +67,7 @@ def test_every_error_is_in_the_drawn_tree_and_raised_by_a_test(error: type[error
 NO_ADVICE = {
     "rig/curve/least_squares.py": "why one law was rejected; the fit takes another and advises",
     "rig/curve/models.py": "why one law was rejected; the fit takes another and advises",
-    "rig/profile/load.py:parse_profile": "each problem of the profile names the key that is near",
+    "rig/profile/load.py": "each problem of the profile names the key that is near",
     "rig/sweep/resume.py:_slopes_px": "a stored failure is one text that holds the advice",
 }
 """Where an error is made without advice, and why."""

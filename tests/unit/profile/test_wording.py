@@ -68,9 +68,9 @@ def test_no_refusal_of_a_wrong_value_speaks_the_language_of_the_library(data: st
 @pytest.mark.parametrize(
     ("override", "says"),
     [
-        ("camera=3", "camera: needs a section of keys and values, found 3"),
-        ("camera={}", "camera: needs a kind"),
-        ("camera.kind=oax", "camera: is of no known kind; there are: 'sim', 'folder'"),
+        ("camera=3", "camera: must be a table with a kind"),
+        ("camera={}", "camera.kind: missing; one of: sim, folder"),
+        ("camera.kind=oax", "camera.kind: there is no camera 'oax', there are: folder"),
         ("views=[]", "views: needs at least 2 entries, found a list of 0"),
         ("stage.baud=2.5", "stage.baud: needs a whole number, found 2.5"),
         ("stage.axis=W", "stage.axis: must be 'X', 'Y' or 'Z', found 'W'"),
