@@ -7,6 +7,7 @@ RigError
 │   ├── DeviceNotFoundError           it is not there, or may not be opened
 │   │   └── DevicesNotFoundError      several are not; carries the error of each
 │   ├── DeviceLostError               it was there and is gone, or talks nonsense
+│   ├── CameraUseError                a program uses an opened rig in a way that it cannot be used
 │   ├── CaptureTimeoutError (TimeoutError)   not all views arrived in time
 │   ├── ViewSkewError                 views of one grab are too far apart in time
 │   ├── ControlError                  a camera control is not what was asked for
@@ -99,6 +100,10 @@ class DevicesNotFoundError(DeviceNotFoundError):
 
 class DeviceLostError(DeviceError):
     """The device answered before and does not any more; it must be opened again."""
+
+
+class CameraUseError(DeviceError):
+    """A program used a camera outside of `with`, opened it twice, or from two threads at once."""
 
 
 class CaptureTimeoutError(DeviceError, TimeoutError):

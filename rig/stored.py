@@ -54,9 +54,10 @@ class RunChoice:
 class RunCurve:
     """The depth-slope curve that a run uses."""
 
-    id: int
+    id: int | None
+    """Number in the database; None for a curve that a program brought itself."""
     curve: Curve
-    sweep_id: int
+    sweep_id: int | None
     """Where it comes from."""
 
 

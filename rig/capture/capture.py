@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from rig.capture.folder import CaptureFolder
-from rig.capture.live import CaptureTally, Measured, run_capture
 from rig.capture.picture import write_picture
-from rig.devices import Camera
+from rig.capture.tally import CaptureTally, in_words
 from rig.interrupts import Interrupts
+from rig.live.camera import DepthCamera
+from rig.live.frame import DepthFrame
 from rig.profile import Profile
 from rig.progress import Progress
 from rig.recording import RecordingWriter
-from rig.stored import Run
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,22 +76,21 @@ class CaptureSummary:
 
 
 def capture_depth(
-    run: Run, request: CaptureRequest, camera: Camera, progress: Progress
+    camera: DepthCamera, request: CaptureRequest, progress: Progress
 ) -> CaptureSummary:
     """Capture until the request is fulfilled, the camera ends, or Ctrl-C.
 
     Args:
-        run: the rig; without a curve slopes are measured only.
+        camera: open; without a curve slopes are measured only.
         request: how long, and where maps go.
-        camera: open.
         progress: told of every measured multi-view.
 
     Raises:
         DeviceError: the camera failed; what was written before is kept.
         StoreError: the folder or the recording cannot be written.
     """
-    tally = CaptureTally()
-    last: Measured | None = None
+    run, tally = camera.run, CaptureTally()
+    last: DepthFrame | None = None
     is_interrupted = False
     begun_s = time.monotonic()
     with ExitStack() as outputs, Interrupts() as interrupts:
@@ -103,27 +102,28 @@ def capture_depth(
         if request.folder is not None:
             folder = outputs.enter_context(closing(CaptureFolder(request.folder, run)))
         try:
-            for measured in _until(run_capture(run, camera, tally), request, begun_s):
+            for frame in _until(camera, request, begun_s):
                 with interrupts.held():
+                    tally.add(frame)
                     if folder is not None:
-                        folder.write(measured)
+                        folder.write(frame)
                     if recording is not None:
-                        recording.write(measured.multiview)
-                    last = measured
-                    progress(measured.index + 1, measured.line())
+                        recording.write(frame.views)
+                    last = frame
+                    progress(len(tally.latencies_s), in_words(frame))
         except KeyboardInterrupt:
             is_interrupted = True
         took_s = time.monotonic() - begun_s
         picture = None
         if folder is not None and last is not None:
-            picture = write_picture(folder.folder / "last_frame.png", last, run)
+            picture = write_picture(folder.folder / "last_frame.png", last, run.profile.reference)
     return CaptureSummary(
         curve_id=None if run.curve is None else run.curve.id,
         frames=len(tally.latencies_s),
         frames_per_s=len(tally.latencies_s) / took_s if took_s > 0.0 else 0.0,
         latency_s=Spread.of(tally.latencies_s),
         skew_s=Spread.of(tally.skews_s),
-        dropped={**camera.dropped, "skew": camera.dropped.get("skew", 0) + tally.skewed},
+        dropped=dict(camera.dropped),
         valid_pct=tally.valid_pct,
         folder=request.folder,
         picture=picture,
@@ -132,12 +132,10 @@ def capture_depth(
     )
 
 
-def _until(
-    measured: Iterator[Measured], request: CaptureRequest, begun_s: float
-) -> Iterator[Measured]:
-    for item in measured:
-        yield item
-        if request.frames is not None and item.index + 1 >= request.frames:
+def _until(camera: DepthCamera, request: CaptureRequest, begun_s: float) -> Iterator[DepthFrame]:
+    for count, frame in enumerate(camera, start=1):
+        yield frame
+        if request.frames is not None and count >= request.frames:
             return
         if request.duration_s is not None and time.monotonic() - begun_s >= request.duration_s:
             return

@@ -3,9 +3,10 @@
 import json
 from pathlib import Path
 
-from rig.capture.live import Measured
 from rig.depth import write_bytes, write_depth_png, write_label_png, write_pfm
 from rig.errors import StoreError
+from rig.live.captured import CAMERA, FACTS
+from rig.live.frame import DepthFrame
 from rig.stored import Run
 
 
@@ -16,23 +17,22 @@ class CaptureFolder:
         self.folder = folder
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self._facts = (folder / "frames.jsonl").open("w", encoding="utf-8")
+            self._facts = (folder / FACTS).open("w", encoding="utf-8")
         except OSError as error:
             raise StoreError(
                 f"capture folder {folder}: cannot be written: {error.strerror}",
                 advice="choose another one with --out",
             ) from error
         self._run = run
-        camera = run.optics.camera_json()
-        if camera is not None:
-            write_bytes(folder / "camera.json", json.dumps(camera, indent=2).encode())
+        self._has_camera = False
 
-    def write(self, measured: Measured) -> None:
+    def write(self, measured: DepthFrame) -> None:
         """Write all maps of one multi-view and its line in `frames.jsonl`.
 
         Raises:
             StoreError: the folder cannot be written, e.g. the disk is full.
         """
+        self._write_camera(measured)
         number = f"{measured.index:05d}"
         slopes = measured.slopes
         write_pfm(self.folder / f"slope_{number}.pfm", slopes.slope_px)
@@ -56,8 +56,15 @@ class CaptureFolder:
         """Close the list of facts."""
         self._facts.close()
 
-    def _line(self, measured: Measured) -> dict[str, object]:
-        multiview = measured.multiview
+    def _write_camera(self, measured: DepthFrame) -> None:
+        if self._has_camera or measured.pinhole is None:
+            return
+        content = json.dumps(measured.pinhole.to_json(), indent=2)
+        write_bytes(self.folder / CAMERA, content.encode())
+        self._has_camera = True
+
+    def _line(self, measured: DepthFrame) -> dict[str, object]:
+        multiview = measured.views
         return {
             "frame": measured.index,
             "rig": self._run.profile.name,
@@ -65,6 +72,7 @@ class CaptureFolder:
             "calibration": self._run.optics.calibration_id,
             "sigma_unit": "px per view step" if measured.depth is None else "mm",
             "timestamp_s": multiview.timestamp_s,
+            "time_ns": measured.time_ns,
             "skew_s": multiview.skew_s,
             "sequence": {frame.view: frame.sequence for frame in multiview.frames},
             "exposure_s": {frame.view: frame.exposure_s for frame in multiview.frames},

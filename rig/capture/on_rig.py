@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from rig.capture.capture import CaptureRequest, CaptureSummary, capture_depth
 from rig.database import open_store
-from rig.hardware.opening import open_camera
+from rig.live.opening import depth_camera
 from rig.profile import Profile
 from rig.progress import Progress
 from rig.stored import RunChoice, new_folder, open_run
@@ -34,5 +34,5 @@ def capture_on_rig(
         run = open_run(store, profile, choice.calibration, choice.curve)
         if request.folder is None and request.ends:
             request = replace(request, folder=new_folder(store, "captures", profile.name))
-    with open_camera(profile) as (camera, _):
-        return capture_depth(run, request, camera, progress)
+    with depth_camera(run) as camera:
+        return capture_depth(camera, request, progress)

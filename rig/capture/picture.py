@@ -1,4 +1,4 @@
-"""One picture that shows a person what was measured."""
+"""One picture that shows a person what was shown."""
 
 from pathlib import Path
 
@@ -6,16 +6,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.capture.live import Measured
 from rig.depth import write_bytes
-from rig.stored import Run
+from rig.live.frame import DepthFrame
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _STRIP_PX = 34
 _BAR_PX = 200
 
 
-def write_picture(path: Path, measured: Measured, run: Run) -> Path:
+def write_picture(path: Path, shown: DepthFrame, reference: int) -> Path:
     """Write the reference image beside its depth (or slope) in colour, with a scale.
 
     Near is warm and far is cool; grey has no answer.
@@ -23,16 +22,14 @@ def write_picture(path: Path, measured: Measured, run: Run) -> Path:
     Raises:
         StoreError: the file cannot be written.
     """
-    reference = run.profile.reference
-    frame = measured.multiview.frames[reference]
-    image = run.optics.pictures(measured.multiview.stack())[reference]
+    frame, image = shown.views.frames[reference], shown.image
     if image.dtype != np.uint8:
         image = cv2.convertScaleAbs(image, alpha=255.0 / frame.full_scale)
     left = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
-    if measured.depth is None:
-        values, unit, near_is_large = measured.slopes.slope_px, "px per view step", True
+    if shown.depth is None:
+        values, unit, near_is_large = shown.slopes.slope_px, "px per view step", True
     else:
-        values, unit, near_is_large = measured.depth.depth_mm, "mm", False
+        values, unit, near_is_large = shown.depth.depth_mm, "mm", False
     right, low, high = _in_colour(np.asarray(values, np.float64), near_is_large=near_is_large)
     picture = np.hstack([left, right])
     strip = np.full((_STRIP_PX, picture.shape[1], 3), 255, np.uint8)

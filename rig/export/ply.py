@@ -15,41 +15,13 @@ from rig.depth import read_pfm
 from rig.errors import FormatError
 from rig.export.exported import ExportedDepth
 from rig.files import write_bytes
-from rig.geometry.rectification import Rectification, rectify
+from rig.geometry.rectification import rectify
 from rig.stored import stored_rig
 
 if TYPE_CHECKING:
     from rig.database import Store
 
 _VERTEX = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("sigma_mm", "<f4")])
-
-
-def points_of(depth_mm: NDArray[np.float32], common: Rectification) -> NDArray[np.float64]:
-    """Points (H, W, 3) in the reference camera's frame, NaN where the depth is.
-
-    Args:
-        depth_mm: (H, W) along the reference camera's +z, at the pixels of the rectified view.
-        common: the rectification that the depth was measured in.
-
-    Raises:
-        FormatError: the map has another size than the rectified views.
-    """
-    if depth_mm.shape != common.shape:
-        height, width = common.shape
-        raise FormatError(
-            f"depth map of {depth_mm.shape[1]} x {depth_mm.shape[0]} px, the calibration is for "
-            f"{width} x {height} px",
-            advice="give the calibration that the capture was made with",
-        )
-    height, width = common.shape
-    x, y = np.meshgrid(np.arange(width, dtype=np.float64), np.arange(height, dtype=np.float64))
-    camera = common.camera
-    rays = np.stack(
-        [(x - camera.cx_px) / camera.fx_px, (y - camera.cy_px) / camera.fy_px, np.ones_like(x)],
-        axis=-1,
-    )
-    in_reference = rays @ common.common_from_reference
-    return in_reference * (depth_mm / in_reference[..., 2])[..., None]
 
 
 def write_ply(path: Path, points_mm: NDArray[np.float64], sigma_mm: NDArray[np.float32]) -> int:
@@ -104,5 +76,5 @@ class PlyExport:
         path = out or Path(f"depth_{self.frame:05d}.ply")
         depth_mm = read_pfm(self.capture / f"depth_{self.frame:05d}.pfm")
         sigma_mm = read_pfm(self.capture / f"sigma_{self.frame:05d}.pfm")
-        common = rectify(rig.geometry, rig.profile.pitch_mm)
-        return ExportedDepth(path, write_ply(path, points_of(depth_mm, common), sigma_mm))
+        camera = rectify(rig.geometry, rig.profile.pitch_mm).pinhole
+        return ExportedDepth(path, write_ply(path, camera.points_mm(depth_mm), sigma_mm))

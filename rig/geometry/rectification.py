@@ -21,6 +21,7 @@ import numpy as np
 from rig.arrays import Float
 from rig.errors import ConfigError
 from rig.geometry.camera_model import CameraModel
+from rig.geometry.pinhole import Pinhole
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 
@@ -149,17 +150,17 @@ class Rectification:
         m0 = self.infinity_px
         return (slope_px + m0) / self.depth_ratio(reference_px) - m0
 
-    def camera_json(self) -> dict[str, object]:
-        """Return what a reader of maps needs to turn pixels into rays of the reference camera."""
+    @property
+    def pinhole(self) -> Pinhole:
+        """The rectified reference view as the camera of depth maps."""
         camera = self.camera
-        return {
-            "width_px": camera.width_px,
-            "height_px": camera.height_px,
-            "focal_px": camera.fx_px,
-            "principal_point_px": [camera.cx_px, camera.cy_px],
-            "common_from_reference": self.common_from_reference.tolist(),
-            "depth": "along +z of the reference camera, from its optical centre, mm",
-        }
+        return Pinhole(
+            camera.width_px,
+            camera.height_px,
+            camera.fx_px,
+            (camera.cx_px, camera.cy_px),
+            self.common_from_reference,
+        )
 
     def _focal_px(self, view: int) -> float:
         """Scaled so that a view before the plane agrees with the others at the focus distance."""

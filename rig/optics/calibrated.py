@@ -15,6 +15,7 @@ from rig.epipolar.noise.model import NoiseModel, estimate_noise
 from rig.epipolar.resample import Resampler
 from rig.errors import ConfigError
 from rig.frames import GreyImage
+from rig.geometry.pinhole import Pinhole
 from rig.geometry.rectification import Rectification, rectify
 from rig.geometry.rig_geometry import RigGeometry
 from rig.optics.calibrated_views import CalibratedViews
@@ -145,9 +146,13 @@ class CalibratedOptics:
         ray = self.rectification.common_from_reference.T @ np.array([*away, 1.0])
         return ray[:2] / ray[2]
 
-    def camera_json(self) -> dict[str, object]:
-        """The camera that depth maps are seen by, as JSON."""
-        return self.rectification.camera_json()
+    def pinhole(self, size_px: tuple[int, int], focal_px: float | None) -> Pinhole:
+        """The camera that depth maps are seen by.
+
+        The calibration knows size and focal length; what is given is not used.
+        """
+        del size_px, focal_px
+        return self.rectification.pinhole
 
     @cached_property
     def _resampler(self) -> Resampler:

@@ -12,6 +12,7 @@ from rig.epipolar.board.lines import BoardViews
 from rig.epipolar.noise.model import NoiseModel
 from rig.epipolar.views import Image
 from rig.frames import GreyImage
+from rig.geometry.pinhole import Pinhole
 from rig.profile import (
     CameraConfig,
     FolderCameraConfig,
@@ -105,9 +106,13 @@ class NominalOptics:
             return None
         return (np.array(pixel) - self.axis_px) / focal_px
 
-    def camera_json(self) -> None:
-        """None: without a calibration the camera is unknown."""
-        return
+    def pinhole(self, size_px: tuple[int, int], focal_px: float | None) -> Pinhole | None:
+        """The camera that depth maps are seen by: it looks along the axis through their middle."""
+        if focal_px is None:
+            return None
+        width_px, height_px = size_px
+        middle_px = ((width_px - 1) / 2.0, (height_px - 1) / 2.0)
+        return Pinhole(width_px, height_px, focal_px, middle_px, np.eye(3))
 
 
 def nominal_optics(profile: Profile) -> NominalOptics:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from rig.epipolar import RectifiedViews, SlopeMap
 from rig.epipolar.board.lines import BoardViews
 from rig.frames import GreyImage
+from rig.geometry.pinhole import Pinhole
 
 Float = NDArray[np.float64]
 
@@ -89,6 +90,14 @@ class Optics(Protocol):
         """
         ...
 
-    def camera_json(self) -> dict[str, object] | None:
-        """The camera that depth maps are seen by, as JSON; None where it is unknown."""
+    def pinhole(self, size_px: tuple[int, int], focal_px: float | None) -> Pinhole | None:
+        """The camera that depth maps are seen by.
+
+        Args:
+            size_px: width and height of the maps.
+            focal_px: focal length for a rig without a calibration.
+
+        Returns:
+            None where the focal length is unknown.
+        """
         ...

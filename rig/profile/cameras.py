@@ -32,6 +32,8 @@ class CameraConfig(Model):
     """Longest wait for one multi-view."""
     max_skew_s: Positive = 0.005
     """Largest time between the exposures of one multi-view; anything above is dropped."""
+    reconnect_s: NotNegative = 0.0
+    """How long a capture looks for a device that goes away; 0 ends the capture with an error."""
     noise: NoiseConfig | None = None
     """Measured noise, by which pixels are weighed; without it the pictures themselves tell it."""
 

@@ -3,7 +3,7 @@
 import os
 import sqlite3
 from collections.abc import Callable, Generator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 
 import pytest
@@ -34,6 +34,7 @@ from rig.errors import (
     StoreError,
 )
 from rig.hardware.opening import Hardware
+from rig.live.camera import DepthCamera
 from rig.optics.nominal import nominal_optics
 from rig.profile import (
     MarlinStageConfig,
@@ -96,6 +97,11 @@ def bench(
             )
         )
         yield Hardware(stack.enter_context(seen), stage, clock), carriage
+
+
+def depth_camera(profile: Profile, hardware: Hardware) -> DepthCamera:
+    run = Run(profile, nominal_optics(profile))
+    return DepthCamera(run, lambda: nullcontext((hardware.camera, hardware.clock)))
 
 
 def stands_still(carriage: Carriage, clock: VirtualClock) -> bool:
@@ -190,12 +196,9 @@ def test_a_stage_that_never_answers_is_told(profile: Profile):
 def test_skewed_multi_views_are_dropped_and_counted(profile: Profile):
     fault = LateViews(("top",), late_s=0.02, after=1)
     with bench(profile, camera_fault=fault) as (hardware, _), pytest.raises(RigError):
-        capture_depth(
-            Run(profile, nominal_optics(profile)),
-            CaptureRequest(frames=3, duration_s=None, folder=None),
-            hardware.camera,
-            lambda *_: None,
-        )
+        request = CaptureRequest(frames=3, duration_s=None, folder=None)
+        with depth_camera(profile, hardware) as camera:
+            capture_depth(camera, request, lambda *_: None)
     assert hardware.camera.dropped["skew"] > 0
 
 
@@ -229,6 +232,9 @@ def test_a_database_of_a_newer_version_is_left_alone(rig: Command):
 def test_a_capture_folder_that_cannot_be_made(profile: Profile, tmp_path: Path):
     (tmp_path / "file").write_text("")
     request = CaptureRequest(frames=1, duration_s=None, folder=tmp_path / "file" / "out")
-    with bench(profile) as (hardware, _), pytest.raises(StoreError, match="--out"):
-        run = Run(profile, nominal_optics(profile))
-        capture_depth(run, request, hardware.camera, lambda *_: None)
+    with (
+        bench(profile) as (hardware, _),
+        depth_camera(profile, hardware) as camera,
+        pytest.raises(StoreError, match="--out"),
+    ):
+        capture_depth(camera, request, lambda *_: None)

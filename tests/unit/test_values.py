@@ -20,7 +20,8 @@ PURE = (
     "rig.report.scatter",
     "rig.compare.distances",
     "rig.check.geometry_drift",
-    "rig.capture.live",
+    "rig.live.measure",
+    "rig.live.camera",
 )
 """Modules, and packages with all that is in them."""
 

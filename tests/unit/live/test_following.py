@@ -1,6 +1,7 @@
 """The live loop: each multi-view is the hypothesis for the next."""
 
 from collections.abc import Iterator, Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from types import TracebackType
 from typing import Self
@@ -8,9 +9,11 @@ from typing import Self
 import numpy as np
 import pytest
 
-from rig.capture.live import CaptureTally, Measured, run_capture
+from rig.devices import SystemClock
 from rig.errors import SlopeError
 from rig.frames import Frame, MultiView
+from rig.live.camera import DepthCamera
+from rig.live.frame import DepthFrame
 from rig.optics.nominal import nominal_optics
 from rig.profile import Profile
 from rig.profile.load import load_profile
@@ -29,8 +32,17 @@ from tests.support.lightfield import (
 SHAPE = (120, 160)
 
 
-def bare(profile: Profile) -> Run:
-    return Run(profile, nominal_optics(profile))
+def depth_camera(profile: Profile, multiviews: list[MultiView]) -> DepthCamera:
+    """A camera without a curve that streams given multi-views once."""
+    names = tuple(view.name for view in profile.views)
+    device = Sequence(names, multiviews)
+    run = Run(profile, nominal_optics(profile))
+    return DepthCamera(run, lambda: nullcontext((device, SystemClock())))
+
+
+def measured(profile: Profile, multiviews: list[MultiView]) -> list[DepthFrame]:
+    with depth_camera(profile, multiviews) as camera:
+        return list(camera)
 
 
 class Sequence:
@@ -94,18 +106,16 @@ def test_a_still_scene_stays_right_and_a_jump_is_right_again_in_the_second_frame
     before, after = scene(-4.0, 6.0, left=True), scene(-2.0, 8.0, left=False)
     stream = [multiview(profile, before, n) for n in range(3)]
     stream += [multiview(profile, after, n) for n in range(3, 6)]
-    camera = Sequence(tuple(view.name for view in profile.views), stream)
-    tally = CaptureTally()
-    measured = list(run_capture(bare(profile), camera, tally))
+    frames = measured(profile, stream)
     bad = [
         float(np.mean(~(np.abs(m.slopes.slope_px - true_slope_px(truth, SHAPE)) <= 0.5)))
-        for m, truth in zip(measured, [before] * 3 + [after] * 3, strict=True)
+        for m, truth in zip(frames, [before] * 3 + [after] * 3, strict=True)
     ]
     assert max(bad[:3]) < 0.08
     assert bad[4] < 0.12
     assert bad[5] < 0.10
-    assert [m.index for m in measured] == list(range(6))
-    assert tally.valid_pct > 95.0
+    assert [m.index for m in frames] == list(range(6))
+    assert np.mean([m.valid_share for m in frames]) > 0.95
 
 
 def test_a_frozen_view_is_left_out_and_named():
@@ -116,8 +126,7 @@ def test_a_frozen_view_is_left_out_and_named():
     frames = list(stream[1].frames)
     frames[frozen] = replace(frames[frozen], image=stream[0].frames[frozen].image)
     stream[1] = MultiView(tuple(frames))
-    camera = Sequence(tuple(view.name for view in profile.views), stream)
-    _, second = run_capture(bare(profile), camera, CaptureTally())
+    _, second = measured(profile, stream)
     assert [w for w in second.slopes.warnings if f"view {frozen} " in w and "repeats" in w]
     error = np.abs(second.slopes.slope_px - true_slope_px(after, SHAPE))
     assert float(np.mean(~(error <= 0.5))) < 0.12
@@ -133,11 +142,7 @@ def test_a_view_off_its_place_is_named_once_and_followed():
     still = scene(-4.0, 6.0, left=True)
     stream = [multiview(right, still, n) for n in range(3)]
     names = tuple(view.name for view in right.views)
-
-    def measured(profile: Profile) -> list[Measured]:
-        return list(run_capture(bare(profile), Sequence(names, stream), CaptureTally()))
-
-    wrong = measured(told)
+    wrong = measured(told, stream)
     left = names.index("left")
     first, *others = (m.slopes for m in wrong)
     assert first.placement is not None
@@ -148,7 +153,7 @@ def test_a_view_off_its_place_is_named_once_and_followed():
     truth = true_slope_px(still, SHAPE)
     errors = [
         float(np.nanmedian(np.abs(run[-1].slopes.slope_px - truth)))
-        for run in (wrong, measured(right))
+        for run in (wrong, measured(right, stream))
     ]
     assert errors[0] < 1.3 * errors[1]
 
@@ -160,9 +165,8 @@ def test_a_frozen_reference_is_refused():
     old = stream[0].frames[profile.reference].image
     frames[profile.reference] = replace(frames[profile.reference], image=old)
     stream[1] = MultiView(tuple(frames))
-    camera = Sequence(tuple(view.name for view in profile.views), stream)
     with pytest.raises(SlopeError, match="bit for bit"):
-        list(run_capture(bare(profile), camera, CaptureTally()))
+        measured(profile, stream)
 
 
 def test_skewed_multi_views_are_left_out_and_counted():
@@ -170,7 +174,7 @@ def test_skewed_multi_views_are_left_out_and_counted():
     good = multiview(profile, scene(-4.0, 6.0, left=True), 0)
     late = Frame("left", good.frames[1].image, timestamp_s=1.0, sequence=0)
     skewed = MultiView((good.frames[0], late, *good.frames[2:]))
-    tally = CaptureTally()
-    camera = Sequence(tuple(view.name for view in profile.views), [good, skewed, good])
-    assert len(list(run_capture(bare(profile), camera, tally))) == 2
-    assert tally.skewed == 1
+    with depth_camera(profile, [good, skewed, good]) as camera:
+        assert [frame.index for frame in camera] == [0, 1]
+        assert camera.dropped == {"skew": 1}
+    assert camera.dropped == {"skew": 1}

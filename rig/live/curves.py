@@ -1,0 +1,50 @@
+"""`rig.load_curve`: a depth-slope curve from the database or from a file."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any, cast
+
+from rig.curve import Curve
+from rig.database import open_store
+from rig.errors import CurveError
+from rig.files import read_bytes
+
+
+def load_curve(which: int | str | os.PathLike[str], *, database: str | None = None) -> Curve:
+    """Return a depth-slope curve.
+
+    Args:
+        which: number of a stored curve; name of a rig, for its newest good one; or the path of a
+            JSON file (a `Path`, or text that ends in `.json`) that holds what `Curve.to_json` gave.
+        database: SQLAlchemy URL; None for `RIG_DATABASE`, else the user's own.
+
+    Raises:
+        CurveError: the file holds no curve.
+        StoreError: no such database, curve or file.
+    """
+    if not isinstance(which, int) and not _is_name(which):
+        return _from_file(Path(which))
+    with open_store(database, absent="refused") as store:
+        is_number = isinstance(which, int)
+        stored = store.curve(which) if is_number else store.active_curve(os.fspath(which))
+    return Curve.from_json(stored.curve)
+
+
+def _is_name(which: str | os.PathLike[str]) -> bool:
+    return isinstance(which, str) and not which.endswith(".json")
+
+
+def _from_file(path: Path) -> Curve:
+    try:
+        content = json.loads(read_bytes(path))
+    except ValueError as error:
+        raise CurveError(
+            f"{path}: is no JSON ({error})", advice="write it with json.dumps(curve.to_json())"
+        ) from error
+    if not isinstance(content, dict):
+        raise CurveError(
+            f"{path}: holds no curve, found {type(content).__name__}",
+            advice="write it with json.dumps(curve.to_json())",
+        )
+    return Curve.from_json(cast("dict[str, Any]", content))

@@ -1,0 +1,118 @@
+"""From multi-views to depth, each the hypothesis for the next."""
+
+import time
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+
+from rig.depth import DepthMap, depth_from_slopes
+from rig.epipolar import Placement, RectifiedViews, SlopeMap, SlopePrior, estimate_slopes
+from rig.epipolar.mending.mending import Mending
+from rig.epipolar.mending.usable import moving_views
+from rig.frames import GreyImage, MultiView
+from rig.geometry.pinhole import Pinhole
+from rig.live.frame import DepthFrame
+from rig.live.frozen import frozen_views
+from rig.stored import Run
+
+_MOTION_PX = np.float32(0.2)
+"""1 sigma of what a slope may change from one multi-view to the next and still be followed."""
+
+
+class DepthMeter:
+    """Measures the multi-views of one opened camera, in their order.
+
+    Rows and light that do not agree are measured in the first multi-view that is searched
+    exhaustively, and mended in it and all that follow.
+
+    Views that the first multi-view shows off the places that they are told to have are taken where
+    they are from then on, with a warning.
+
+    A view that repeats its last picture while others change is left out, with a warning.
+
+    Args:
+        run: the rig; without a curve slopes are measured only.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        self._index = 0
+        self._hypothesis: SlopePrior | None = None
+        self._placement: Placement | None = None
+        self._mending: Mending | None = None
+        self._last: MultiView | None = None
+
+    def measure(self, multiview: MultiView, time_ns: int, *, follows: bool) -> DepthFrame:
+        """Return slopes and, where the run has a curve, depth of one multi-view.
+
+        Args:
+            multiview: of the run's camera.
+            time_ns: see `DepthFrame.time_ns`.
+            follows: whether the scene is about where the multi-view before showed it. Its slopes
+                are then the hypothesis: only their neighbourhood is searched, all of the range
+                where they are contradicted or unknown. A scene that jumps is right again in the
+                second multi-view after it.
+
+        Raises:
+            SlopeError: the images give no slopes at all, or the reference view is frozen.
+        """
+        begun_s = time.perf_counter()
+        run, count = self._run, len(multiview.frames)
+        rectified = run.optics.views([frame.image for frame in multiview.frames])
+        views = replace(rectified, mending=self._mending)
+        if self._placement is not None:
+            views = views.placed(self._placement)
+        views, warnings = moving_views(views, frozen_views(self._last, multiview))
+        self._last = multiview
+        hypothesis = self._hypothesis if follows else None
+        found = estimate_slopes(views, run.profile.slopes.range_px, hypothesis)
+        slopes = run.optics.answered(found)
+        slopes = replace(slopes, warnings=warnings + slopes.warnings)
+        if slopes.placement is not None and len(slopes.placement.steps) == count:
+            self._placement = slopes.placement
+        if slopes.mending is not None and len(slopes.mending.rows.fields) == count:
+            self._mending = slopes.mending
+        self._hypothesis = SlopePrior(slopes.slope_px, np.maximum(slopes.sigma_px, _MOTION_PX))
+        depth = depth_of(run, slopes)
+        frame = DepthFrame(
+            index=self._index,
+            views=multiview,
+            slopes=slopes,
+            image=_picture(rectified, multiview),
+            time_ns=time_ns,
+            latency_s=time.perf_counter() - begun_s,
+            rig=run.profile.name,
+            depth=depth,
+            pinhole=pinhole_of(run, slopes.slope_px.shape),
+        )
+        self._index += 1
+        return frame
+
+
+def depth_of(run: Run, slopes: SlopeMap) -> DepthMap | None:
+    """Return the depth of slopes by the run's curve; None where it has none."""
+    if run.curve is None:
+        return None
+    on_axis = replace(slopes, slope_px=run.optics.axis_slopes_px(slopes.slope_px))
+    max_sigma_pct = run.profile.quality.depth_sigma_pct
+    return depth_from_slopes(on_axis, run.curve.curve, max_sigma_pct=max_sigma_pct)
+
+
+def pinhole_of(run: Run, shape: tuple[int, ...]) -> Pinhole | None:
+    """Return the camera that depth maps (H, W) of a run are seen by; None where it is unknown."""
+    curve = None if run.curve is None else run.curve.curve
+    # The slope law of a pinhole is f p / Z: its numerator tells the focal length.
+    a_px_mm = None if curve is None else curve.params.get("a_px_mm")
+    focal_px = None if a_px_mm is None else a_px_mm / run.profile.pitch_mm
+    return run.optics.pinhole((shape[1], shape[0]), focal_px)
+
+
+def _picture(views: RectifiedViews, multiview: MultiView) -> GreyImage:
+    """The reference view at the pixels of the maps, in the type that the camera gave it in."""
+    taken = multiview.frames[views.reference].image
+    rectified = views.images[views.reference]
+    if rectified.dtype == taken.dtype:
+        return taken  # nothing was resampled
+    top = np.iinfo(taken.dtype).max
+    return cast("GreyImage", np.clip(np.rint(rectified), 0, top).astype(taken.dtype))
