@@ -3,6 +3,7 @@
 import os
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from typing import Literal
 
 from rig.curve import Curve
@@ -11,7 +12,7 @@ from rig.devices import Camera, Clock
 from rig.hardware.opening import open_camera
 from rig.live.camera import DepthCamera
 from rig.profile.load import load_profile
-from rig.stored import Run, RunChoice, RunCurve, open_run
+from rig.stored import Run, RunChoice, RunCurve, open_run, optics_of
 
 
 def open_depth_camera(
@@ -40,14 +41,14 @@ def open_depth_camera(
         StoreError: no such database, calibration or curve.
     """
     rig = load_profile(os.fspath(profile), overrides)
-    chosen = None if calibration == "newest" else str(calibration)
+    brought = RunCurve(None, curve, None) if isinstance(curve, Curve) else None
     wanted = "none" if isinstance(curve, Curve) else curve
-    choice = RunChoice(database, chosen, wanted)
+    if (wanted, calibration) == ("none", "none"):  # nothing is looked up: no database is touched
+        return depth_camera(Run(rig, optics_of(rig, None), brought))
+    choice = RunChoice(database, None if calibration == "newest" else str(calibration), wanted)
     with open_store(choice.database, absent=choice.absent) as store:
         run = open_run(store, rig, choice.calibration, choice.curve)
-    if isinstance(curve, Curve):
-        run = Run(run.profile, run.optics, RunCurve(None, curve, None), run.calibration)
-    return depth_camera(run)
+    return depth_camera(run if brought is None else replace(run, curve=brought))
 
 
 def depth_camera(run: Run) -> DepthCamera:
