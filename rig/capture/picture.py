@@ -12,6 +12,8 @@ from rig.live.frame import DepthFrame
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _STRIP_PX = 34
 _BAR_PX = 200
+_SCALE_PX = _BAR_PX + 260
+"""The bar and the numbers beside it; smaller pictures get a margin."""
 
 
 def write_picture(path: Path, shown: DepthFrame, reference: int) -> Path:
@@ -31,7 +33,11 @@ def write_picture(path: Path, shown: DepthFrame, reference: int) -> Path:
     else:
         values, unit, near_is_large = shown.depth.depth_mm, "mm", False
     right, low, high = _in_colour(np.asarray(values, np.float64), near_is_large=near_is_large)
-    picture = np.hstack([left, right])
+    scale_px = left.shape[1] + _SCALE_PX
+    missing_px = max(0, scale_px - left.shape[1] - right.shape[1])
+    picture = np.pad(
+        np.hstack([left, right]), ((0, 0), (0, missing_px), (0, 0)), constant_values=255
+    )
     strip = np.full((_STRIP_PX, picture.shape[1], 3), 255, np.uint8)
     _write(strip, 8, "reference view")
     _draw_scale(strip, left.shape[1] + 8, low, high, unit, near_is_large=near_is_large)
