@@ -1,7 +1,7 @@
 """Opened rigs for the tests of the API: the simulated one, with its camera as it is or wrapped."""
 
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from types import TracebackType
 from typing import Self
@@ -37,7 +37,7 @@ def tiny_rig(
     device = wrap(SimCamera(config, world), world)
 
     @contextmanager
-    def open_device() -> Iterator[tuple[Camera, Clock]]:
+    def open_device() -> Generator[tuple[Camera, Clock]]:
         with device:
             yield device, world.clock
 

@@ -120,7 +120,7 @@ def test_closed_before_it_was_opened_it_stays_closed():
         camera.__enter__()
 
 
-def in_thread(work: Callable[[], None]) -> tuple[threading.Thread, list[BaseException]]:
+def in_thread(work: Callable[[], object]) -> tuple[threading.Thread, list[BaseException]]:
     errors: list[BaseException] = []
 
     def run() -> None:
@@ -261,7 +261,8 @@ def test_skewed_views_are_dropped_in_a_loop_and_an_error_of_a_grab():
     camera, _ = tiny_rig(faulty(LateViews(("top",), late_s=0.02, after=2), max_skew_s=1.0))
     with camera:
         frames = iter(camera)
-        next(frames), next(frames)
+        next(frames)
+        next(frames)
         assert camera.dropped["skew"] == 0
 
 
