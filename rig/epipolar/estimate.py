@@ -135,7 +135,7 @@ def _estimate(
     if ready.effort is Effort.COARSE or ready.is_one_sided:
         nowhere = np.zeros(images.shape, np.bool_)
         _, (stitched, _, _) = _refine(images, splines, slope, nowhere, cameras, scales, drift, _FAR)
-        slope = window.hold(stitched)
+        slope = window.hold(_within_reach(slope, stitched, ready))
     if mending.noise is None and ready.effort is not Effort.FOLLOWED:
         closer = closer_noise(ready, slope)
         was_wrong = closer.ratio < _MUCH_LESS * ready.noise.excess
@@ -157,7 +157,7 @@ def _estimate(
     lines, (stitched, variance, misfit) = _refine(
         images, splines, slope, covered, cameras, scales, drift, start
     )
-    slope = window.hold(stitched)
+    slope = window.hold(_within_reach(slope, stitched, ready))
     warnings, placement = ready.warnings, None
     if ready.effort is not Effort.FOLLOWED and not trust_places:
         levels = scales.smoothed_noise
@@ -207,6 +207,20 @@ def _estimate(
     # Around a hypothesis nothing is looked for: what is not known then is not known to be right.
     is_looked_for = views.mending is not None or ready.effort is not Effort.FOLLOWED
     return replace(judged, placement=placement, mending=mending if is_looked_for else None)
+
+
+def _within_reach(
+    slope_px: NDArray[np.float32], stitched_px: NDArray[np.float32], ready: Ready
+) -> NDArray[np.float32]:
+    """Slopes that stitching has moved no farther than one step of a line reaches, (H, W).
+
+    Farther ones come from planes of another surface. With more views the lines tell surfaces apart;
+    a pair stays with what the search has found.
+    """
+    if not ready.is_one_sided:
+        return stitched_px
+    is_near = np.abs(stitched_px - slope_px) <= np.float32(ready.cameras.step_px)
+    return np.where(is_near, stitched_px, slope_px)
 
 
 def _beside(
