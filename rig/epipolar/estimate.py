@@ -21,7 +21,7 @@ from rig.epipolar.rank import highest
 from rig.epipolar.sampling import pad
 from rig.epipolar.scales import Scales
 from rig.epipolar.search.cross_check import is_one_sided
-from rig.epipolar.search.pair import PAIR_ERROR_PX
+from rig.epipolar.search.pair import LABELS_PX, PAIR_ERROR_PX
 from rig.epipolar.search.search import Effort, search
 from rig.epipolar.search.sides import choose_sides
 from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras, Window, window_of
@@ -226,11 +226,14 @@ def _within_reach(
 def _beside(
     unshared: NDArray[np.bool_], slope_px: NDArray[np.float32], cameras: Cameras
 ) -> NDArray[np.bool_]:
-    """Pixels at a jump beside what is not shared, (H, W): paths make ramps of such jumps."""
+    """Pixels at a jump beside what is not shared, (H, W): paths make ramps of such jumps.
+
+    Less than a label of the search is no jump, but how its labels are told where texture is weak.
+    """
     if not unshared.any():
         return unshared
     beside = highest(unshared.astype(np.float32), 3) > 0
-    return beside & near_jumps(slope_px, 1.5 * cameras.step_px, 1)
+    return beside & near_jumps(slope_px, LABELS_PX / LABEL_SHIFT_PX * cameras.step_px, 1)
 
 
 def _is_misled(lines: LineFits, window: Window, cameras: Cameras) -> bool:

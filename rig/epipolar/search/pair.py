@@ -22,10 +22,12 @@ from rig.epipolar.search.plane_sweep import average, sweep_costs
 from rig.epipolar.search.shrink import grow, shrink
 from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras, Window
 
-_SHIFT_PX, _SOFT_PX = 1.0, 0.6
+LABELS_PX = 1.0
+"""Distance of the labels, as a shift in the outermost view."""
+_SOFT_PX = 0.6
 _STEP_PENALTY, _JUMP_PENALTIES = 40, (80.0, 180.0)
 _TEXTURE_MISMATCH, _GREY_MISMATCH = 1.7, 1.0
-PAIR_ERROR_PX = _SHIFT_PX / 12**0.5
+PAIR_ERROR_PX = LABELS_PX / 12**0.5
 """Error of slopes anywhere about their label, as a shift in the outermost view, 1 sigma."""
 _CENSUS_SHARE, _ALIKE_CENSUS_SHARE = 2 / 3, 1 / 3
 """Noise that is alike in neighbours (JPEG, denoising) looks like structure: there it counts less,
@@ -48,7 +50,7 @@ def search_pair(
         scales: grey scales of the images.
     """
     height, width = images.shape[1:]
-    step_px = _SHIFT_PX / LABEL_SHIFT_PX * cameras.step_px
+    step_px = LABELS_PX / LABEL_SHIFT_PX * cameras.step_px
     volume = height * width * len(_whole_labels(window, step_px))
     factor = 1 + int(volume > _LARGEST_VOLUME)
     small, whole = shrink(images, factor), window
