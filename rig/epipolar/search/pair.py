@@ -119,7 +119,9 @@ def _costs(
     is_whole: bool,
 ) -> NDArray[np.uint8]:
     """Cost (H, L, W) of softened texture, and of grey values where they are to be trusted."""
-    soft = _softened(images) if scales.is_alike else images
+    # Means of blocks, which smaller pictures are, have little left of it.
+    is_alike = scales.is_alike and is_whole
+    soft = _softened(images) if is_alike else images
     raised, centres = raise_texture(soft, cameras)
     steps = cameras.x_steps, cameras.y_steps
     mismatch = _TEXTURE_MISMATCH * texture_levels(centres)
@@ -128,6 +130,6 @@ def _costs(
         # Views that differ by no more than noise can be compared as they are, too.
         grey_mismatch = _GREY_MISMATCH * scales.truncation
         average(costs, sweep_costs(images, *steps, cameras.reference, labels, grey_mismatch))
-    share = _ALIKE_CENSUS_SHARE if scales.is_alike else _CENSUS_SHARE
+    share = _ALIKE_CENSUS_SHARE if is_alike else _CENSUS_SHARE
     join_census(costs, soft, cameras, labels, scales.noise, share)
     return costs

@@ -122,3 +122,18 @@ def test_stitching_takes_no_answered_slope_of_a_pair_to_another_surface() -> Non
         assert answered.mean() > 0.82
         wrong.append(np.abs(found.slope_px - scene.slope_px[:200, :400])[answered] > 1.0)
     assert np.concatenate(wrong).mean() < 0.0011
+
+
+def test_a_pair_too_large_for_one_search_is_searched_at_half_size_and_told_as_well() -> None:
+    rows, columns = np.mgrid[0:400, 0:700].astype(float)
+    texture = noise_texture(4, mean=120.0, contrast=28.0, finest_px=3.0)
+    # A slanted wall: what the reference shows at u, the other view shows at u - 60 - 0.03 u.
+    slope_px = 60.0 + 0.03 * columns
+    frames = np.stack([texture(columns, rows), texture((columns + 60.0) / 0.97, rows)])
+    noise = np.random.default_rng(3).normal(0.0, 1.0, frames.shape)
+    views = RectifiedViews((frames + noise).astype(np.float32), PAIR.x_steps, PAIR.y_steps, 0)
+    found = estimate_slopes(views, (0.0, 470.0))
+    seen = np.s_[:, 80:]
+    error = np.abs(found.slope_px - slope_px)[seen]
+    assert np.nanmedian(error) < 0.05
+    assert np.mean(error < 1.0) > 0.95
