@@ -3,8 +3,7 @@
 In JSON an array is its nested lists, and a number that is not finite its name.
 """
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +15,16 @@ if TYPE_CHECKING:
 _BY_NAME = {"nan": float("nan"), "inf": float("inf"), "-inf": float("-inf")}
 
 
-@dataclass(frozen=True, slots=True)
-class _StoredArray:
+class _StoredArray(NamedTuple):
     """How pydantic reads and writes an array."""
 
     scalar: type[np.generic]
     leaves: tuple[type, ...]
     """What JSON may hold in its place, besides names."""
     wanted: str
+
+    def __repr__(self) -> str:
+        return f"stored as {self.wanted}"
 
     def __get_pydantic_core_schema__(
         self, source: object, handler: "GetCoreSchemaHandler"
@@ -64,6 +65,9 @@ class _StoredArray:
 
 class _NamedNumber:
     """How pydantic reads and writes a number that may be infinite or none at all."""
+
+    def __repr__(self) -> str:
+        return "stored as a number or its name"
 
     def __get_pydantic_core_schema__(
         self, source: object, handler: "GetCoreSchemaHandler"

@@ -21,7 +21,7 @@ from rig.epipolar.rank import highest
 from rig.epipolar.sampling import pad
 from rig.epipolar.scales import Scales
 from rig.epipolar.search.cross_check import is_one_sided
-from rig.epipolar.search.pair import PAIR_ERROR_PX
+from rig.epipolar.search.pair import LABELS_PX, PAIR_ERROR_PX
 from rig.epipolar.search.search import Effort, search
 from rig.epipolar.search.sides import choose_sides
 from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras, Window, window_of
@@ -134,7 +134,7 @@ def _estimate(
     if ready.effort is Effort.COARSE or ready.is_one_sided:
         nowhere = np.zeros(images.shape, np.bool_)
         _, (joined, _, _) = _refine(images, splines, edged, nowhere, cameras, scales, drift, _FAR)
-        first_slope = window.hold(joined)
+        first_slope = window.hold(_within_reach(edged, joined, ready))
     else:
         first_slope = edged
     if mending.noise is None and ready.effort is not Effort.FOLLOWED:
@@ -158,7 +158,7 @@ def _estimate(
     lines, (stitched, variance, misfit) = _refine(
         images, splines, sided, covered, cameras, scales, drift, start
     )
-    slope = window.hold(stitched)
+    slope = window.hold(_within_reach(sided, stitched, ready))
     warnings, placement = ready.warnings, None
     if ready.effort is not Effort.FOLLOWED and not trust_places:
         levels = scales.smoothed_noise
@@ -212,14 +212,31 @@ def _estimate(
     return replace(judged, placement=placement, mending=mending if is_looked_for else None)
 
 
+def _within_reach(
+    slope_px: NDArray[np.float32], stitched_px: NDArray[np.float32], ready: Ready
+) -> NDArray[np.float32]:
+    """Slopes that stitching has moved no farther than one step of a line reaches, (H, W).
+
+    Farther ones come from planes of another surface. With more views the lines tell surfaces apart;
+    a pair stays with what the search has found.
+    """
+    if not ready.is_one_sided:
+        return stitched_px
+    is_near = np.abs(stitched_px - slope_px) <= np.float32(ready.cameras.step_px)
+    return np.where(is_near, stitched_px, slope_px)
+
+
 def _beside(
     unshared: NDArray[np.bool_], slope_px: NDArray[np.float32], cameras: Cameras
 ) -> NDArray[np.bool_]:
-    """Pixels at a jump beside what is not shared, (H, W): paths make ramps of such jumps."""
+    """Pixels at a jump beside what is not shared, (H, W): paths make ramps of such jumps.
+
+    Less than a label of the search is no jump, but how its labels are told where texture is weak.
+    """
     if not unshared.any():
         return unshared
     beside = highest(unshared.astype(np.float32), 3) > 0
-    return beside & near_jumps(slope_px, 1.5 * cameras.step_px, 1)
+    return beside & near_jumps(slope_px, LABELS_PX / LABEL_SHIFT_PX * cameras.step_px, 1)
 
 
 def _is_misled(lines: LineFits, window: Window, cameras: Cameras) -> bool:

@@ -22,12 +22,16 @@ from rig.epipolar.search.plane_sweep import average, sweep_costs
 from rig.epipolar.search.shrink import grow, shrink
 from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras, Window
 
-_SHIFT_PX, _SOFT_PX = 1.0, 0.6
+LABELS_PX = 1.0
+"""Distance of the labels, as a shift in the outermost view."""
+_SOFT_PX = 0.6
 _STEP_PENALTY, _JUMP_PENALTIES = 40, (80.0, 180.0)
 _TEXTURE_MISMATCH, _GREY_MISMATCH = 1.7, 1.0
-PAIR_ERROR_PX = _SHIFT_PX / 12**0.5
+PAIR_ERROR_PX = LABELS_PX / 12**0.5
 """Error of slopes anywhere about their label, as a shift in the outermost view, 1 sigma."""
-_CENSUS_SHARE, _CENSUS_SHARE_BESIDE_GREY = 0.5, 1 / 3
+_CENSUS_SHARE, _ALIKE_CENSUS_SHARE = 2 / 3, 1 / 3
+"""Noise that is alike in neighbours (JPEG, denoising) looks like structure: there it counts less,
+and all is compared a little softer."""
 _CLOSER_STEP, _CLOSER_REACH = 0.5, 3
 """After a search at half size: labels, of its own, and how many of them either way."""
 _LARGEST_VOLUME = 1.3e8
@@ -46,7 +50,7 @@ def search_pair(
         scales: grey scales of the images.
     """
     height, width = images.shape[1:]
-    step_px = _SHIFT_PX / LABEL_SHIFT_PX * cameras.step_px
+    step_px = LABELS_PX / LABEL_SHIFT_PX * cameras.step_px
     volume = height * width * len(_whole_labels(window, step_px))
     factor = 1 + int(volume > _LARGEST_VOLUME)
     small, whole = shrink(images, factor), window
@@ -65,7 +69,7 @@ def search_pair(
         shape = (height, width)
         slope, rival = (np.float32(factor) * grow(part, factor, shape) for part in (slope, rival))
         shared = grow(shared.astype(np.float32), factor, shape) > 0
-        slope = whole.hold(_closer(images, cameras, slope, step_px))
+        slope = whole.hold(_closer(images, cameras, slope, step_px, is_alike=scales.is_alike))
     return Found(slope, rival, ~shared)
 
 
@@ -74,9 +78,11 @@ def _closer(
     cameras: Cameras,
     slope_px: NDArray[np.float32],
     step_px: float,
+    *,
+    is_alike: bool,
 ) -> NDArray[np.float32]:
     """Look once more at full size, around slopes (H, W) from half of it."""
-    raised, centres = raise_texture(_softened(images), cameras)
+    raised, centres = raise_texture(_softened(images) if is_alike else images, cameras)
     is_row = bool(np.abs(cameras.x_steps).max() >= np.abs(cameras.y_steps).max())
     raised[cameras.reference] = centres[0 if is_row else 1]
     labels = np.arange(-_CLOSER_REACH, _CLOSER_REACH + 1, dtype=np.float32)
@@ -93,6 +99,7 @@ def _closer(
 
 
 def _softened(images: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Pictures whose noise is alike in neighbours, so that it looks like structure, smoothed."""
     return np.stack([cv2.GaussianBlur(image, (0, 0), _SOFT_PX) for image in images])
 
 
@@ -112,16 +119,17 @@ def _costs(
     is_whole: bool,
 ) -> NDArray[np.uint8]:
     """Cost (H, L, W) of softened texture, and of grey values where they are to be trusted."""
-    soft = _softened(images)
+    # Means of blocks, which smaller pictures are, have little left of it.
+    is_alike = scales.is_alike and is_whole
+    soft = _softened(images) if is_alike else images
     raised, centres = raise_texture(soft, cameras)
     steps = cameras.x_steps, cameras.y_steps
     mismatch = _TEXTURE_MISMATCH * texture_levels(centres)
     costs = sweep_costs(raised, *steps, cameras.reference, labels, mismatch, centres)
-    share = _CENSUS_SHARE
     if scales.misfit_px == 0 and not scales.is_alike and is_whole:
         # Views that differ by no more than noise can be compared as they are, too.
         grey_mismatch = _GREY_MISMATCH * scales.truncation
         average(costs, sweep_costs(images, *steps, cameras.reference, labels, grey_mismatch))
-        share = _CENSUS_SHARE_BESIDE_GREY
+    share = _ALIKE_CENSUS_SHARE if is_alike else _CENSUS_SHARE
     join_census(costs, soft, cameras, labels, scales.noise, share)
     return costs

@@ -1,5 +1,6 @@
 """The search of a pair, and what its sigma bears."""
 
+from dataclasses import replace
 from itertools import product
 
 import cv2
@@ -7,6 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.slopes.scenes import PAIR as PAIR_LAYOUT
+from benchmarks.slopes.scenes import Recipe, make_scene
 from rig.epipolar import Label, RectifiedViews, estimate_slopes
 from rig.epipolar.plain import has_coarse_texture
 from rig.epipolar.scales import Scales
@@ -107,3 +110,30 @@ def test_sigma_of_a_pair_bears_what_its_views_miss_each_other_by() -> None:
     assert answered[:, 20:].mean() > 0.95
     z = np.abs(found.slope_px - slope_px)[answered] / found.sigma_px[answered]
     assert 0.7 < 1.4826 * np.median(z) < 1.3
+
+
+def test_stitching_takes_no_answered_slope_of_a_pair_to_another_surface() -> None:
+    wrong = []
+    for seed in (32, 33):
+        scene = make_scene(Recipe("pair", seed, PAIR_LAYOUT))
+        views = replace(scene.views, images=np.ascontiguousarray(scene.views.images[:, :200, :400]))
+        found = estimate_slopes(views, scene.range_px)
+        answered = (found.label != Label.NONE) & (found.sigma_px < 5.0)
+        assert answered.mean() > 0.82
+        wrong.append(np.abs(found.slope_px - scene.slope_px[:200, :400])[answered] > 1.0)
+    assert np.concatenate(wrong).mean() < 0.0011
+
+
+def test_a_pair_too_large_for_one_search_is_searched_at_half_size_and_told_as_well() -> None:
+    rows, columns = np.mgrid[0:400, 0:700].astype(float)
+    texture = noise_texture(4, mean=120.0, contrast=28.0, finest_px=3.0)
+    # A slanted wall: what the reference shows at u, the other view shows at u - 60 - 0.03 u.
+    slope_px = 60.0 + 0.03 * columns
+    frames = np.stack([texture(columns, rows), texture((columns + 60.0) / 0.97, rows)])
+    noise = np.random.default_rng(3).normal(0.0, 1.0, frames.shape)
+    views = RectifiedViews((frames + noise).astype(np.float32), PAIR.x_steps, PAIR.y_steps, 0)
+    found = estimate_slopes(views, (0.0, 470.0))
+    seen = np.s_[:, 80:]
+    error = np.abs(found.slope_px - slope_px)[seen]
+    assert np.nanmedian(error) < 0.05
+    assert np.mean(error < 1.0) > 0.95
