@@ -72,3 +72,17 @@ def test_a_stage_that_clips_is_noticed(environment: Environment, tmp_path: Path)
     )
     with pytest.raises(AssertionError, match=r"FAILED .*test_outside_the_travel_nothing_moves"):
         suites(environment, tmp_path, "rig.testing.test_stage", "clipping")
+
+
+def test_the_wheel_brings_the_fixture_and_the_rig_that_it_opens(
+    environment: Environment, tmp_path: Path
+):
+    fixtures = ("-m", "pytest", "--fixtures", "-q", "-p", "no:cacheprovider")
+    assert "rig_camera" in environment.python(*fixtures, folder=tmp_path)
+    assert "rig_camera" not in environment.python(*fixtures, "-p", "no:epirig", folder=tmp_path)
+    opened = (
+        "from rig.testing.simulated import open_simulated_rig\n"
+        "with open_simulated_rig() as camera:\n"
+        "    print(camera.views)\n"
+    )
+    assert "'centre', 'left'" in environment.python("-c", opened, folder=tmp_path)
