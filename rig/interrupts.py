@@ -15,9 +15,9 @@ _SIGNALS = tuple(
 class Interrupts:
     """Turns Ctrl-C, kill and a closed terminal into one KeyboardInterrupt at a good moment.
 
-    Outside `held()` the interrupt is raised at once, so that a moving stage stops at once. Inside
-    it waits for the end of the block, so that the sample being taken is finished and stored. A
-    second signal does not wait.
+    Outside `deferred()` the interrupt is raised at once, so that a moving stage stops at once.
+    Inside it waits for the end of the block, so that the sample being taken is finished and stored.
+    A second signal does not wait.
     """
 
     def __init__(self) -> None:
@@ -42,7 +42,7 @@ class Interrupts:
         self._previous.clear()
 
     @contextmanager
-    def held(self) -> Generator[None]:
+    def deferred(self) -> Generator[None]:
         """Let an interrupt wait until this block has ended."""
         self._depth += 1
         try:

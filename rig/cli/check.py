@@ -33,8 +33,8 @@ def check(
     Prints pass, warn or fail for every item, with what was found and what to do. The stage is homed
     and moved, unless --no-move or the profile forbids it. Exit code 3 says that an item fails.
     """
+    from rig.check.check import check_on_rig
     from rig.check.items import worst
-    from rig.check.run import check_on_rig
     from rig.profile.load import load_profile
     from rig.stored import RunChoice
 
