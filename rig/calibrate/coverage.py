@@ -33,24 +33,6 @@ class Coverage:
         """(V,) share of the parts that have shown corners."""
         return (self.cells > 0).mean(axis=(1, 2))
 
-    def line(self, names: Sequence[str]) -> str:
-        """One line for people."""
-        area = ", ".join(f"{n} {a:.0%}" for n, a in zip(names, self.area_share, strict=True))
-        pairs = [
-            f"{names[i]}-{names[j]} {self.shared[i, j]}"
-            for i in range(len(names))
-            for j in range(i + 1, len(names))
-        ]
-        words = f"area {area}; pairs {', '.join(pairs)}"
-        if not len(self.distances_mm):
-            return words
-        low, high = self.tilts_deg.min(axis=0), self.tilts_deg.max(axis=0)
-        return (
-            f"{words}; tilt about x {low[0]:+.0f}..{high[0]:+.0f}, about y "
-            f"{low[1]:+.0f}..{high[1]:+.0f} deg; distance "
-            f"{self.distances_mm.min():.0f}..{self.distances_mm.max():.0f} mm"
-        )
-
 
 def coverage_of(sightings: Sequence[PictureSightings], target: Target, view_count: int) -> Coverage:
     """Count what the pictures cover."""

@@ -5,7 +5,14 @@ from dataclasses import dataclass, field
 from rig.calibrate.album import Album
 from rig.calibrate.collection import Collection
 from rig.calibrate.coverage import coverage_of
-from rig.calibrate.guide import FEWEST_PICTURES, SOLVE_EVERY, advise, enough, next_pose
+from rig.calibrate.guide import (
+    FEWEST_PICTURES,
+    SOLVE_EVERY,
+    advise,
+    coverage_text,
+    enough,
+    next_pose,
+)
 from rig.calibrate.in_hand import pictures_in_hand
 from rig.calibrate.pictures import recorded_pictures, stage_pictures, stage_positions_mm
 from rig.calibrate.solve import SolveChoices
@@ -123,7 +130,7 @@ class _Guide:
         count = collection.in_hand
         if count < FEWEST_PICTURES or count % SOLVE_EVERY:
             return
-        self.tell(coverage.line(collection.names))
+        self.tell(coverage_text(coverage, collection.names))
         try:
             solve = collection.solved(SolveChoices(lens="brown5"))
         except CalibrationError as error:

@@ -110,7 +110,7 @@ def capture_depth(
                     if recording is not None:
                         recording.write(frame.multiview)
                     last = frame
-                    progress(frame.index + 1, frame.line())
+                    progress(frame.index + 1, _words(frame))
         except KeyboardInterrupt:
             is_interrupted = True
         took_s = time.monotonic() - begun_s
@@ -141,6 +141,11 @@ def _until(
             return
         if request.duration_s is not None and time.monotonic() - begun_s >= request.duration_s:
             return
+
+
+def _words(frame: LiveFrame) -> str:
+    share_pct, latency_ms = 100.0 * frame.valid_share, 1e3 * frame.latency_s
+    return f"answer at {share_pct:.1f} % of the pixels, {latency_ms:.0f} ms"
 
 
 def _failed_gate(profile: Profile, tally: CaptureTally) -> str | None:

@@ -37,11 +37,6 @@ class LiveFrame:
         label = self.slopes.label if self.depth is None else self.depth.label
         return float((label > 0).mean())
 
-    def line(self) -> str:
-        """Say for a person how it went."""
-        valid_pct = 100.0 * self.valid_share
-        return f"answer at {valid_pct:.1f} % of the pixels, {1e3 * self.latency_s:.0f} ms"
-
 
 @dataclass(slots=True)
 class CaptureTally:

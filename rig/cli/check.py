@@ -54,7 +54,7 @@ def check(
                 "profile": profile.name,
                 "verdict": verdict,
                 "counts": counts,
-                "items": [item.as_dict() for item in items],
+                "items": [_as_dict(item) for item in items],
             }
         )
     else:
@@ -64,6 +64,17 @@ def check(
         names = ", ".join(item.name for item in items if item.status == "fail")
         tell(f"rig: {profile.name} is not ready to sweep: {names}")
         raise typer.Exit(3)
+
+
+def _as_dict(item: "Item") -> dict[str, object]:
+    """Return what `--json` prints of an item."""
+    return {
+        "item": item.name,
+        "status": item.status,
+        "found": item.found,
+        "advice": item.advice,
+        "numbers": dict(item.numbers),
+    }
 
 
 def _show(item: "Item") -> None:

@@ -67,6 +67,7 @@ def compare(
     from rig.cli.output import show_json
     from rig.cli.progress import Progress
     from rig.compare.compare import CompareRequest, compare_on_rig
+    from rig.compare.numbers import comparison_as_dict
     from rig.profile.load import load_profile
     from rig.stored import RunChoice, curve_choice
 
@@ -77,7 +78,7 @@ def compare(
             profile, choice, CompareRequest(frames, sweep_id, out), progress.report
         )
     if as_json:
-        show_json(comparison.as_dict())
+        show_json(comparison_as_dict(comparison))
     else:
         _show(comparison)
 

@@ -39,19 +39,6 @@ class SweepTimes:
         """What the bench itself needed; all else is overhead."""
         return self.moves_s + self.settling_s + self.exposures_s
 
-    def line(self) -> str:
-        """Return the times in words."""
-        parts = (
-            f"moves {self.moves_s:.1f} s + settling {self.settling_s:.1f} s + exposures "
-            f"{self.exposures_s:.1f} s = {self.needed_s:.1f} s"
-        )
-        if self.is_simulated:
-            return f"{parts} of simulated time"
-        if self.total_s is None or self.needed_s <= 0.0:
-            return parts
-        times = self.total_s / self.needed_s
-        return f"{parts}; the sweep took {self.total_s:.1f} s ({times:.2f} times)"
-
 
 def run_sweep(
     stops: Sequence[Stop],

@@ -8,7 +8,7 @@ import numpy as np
 from rig_sim.clock import VirtualClock
 
 from rig.calibrate.coverage import coverage_of
-from rig.calibrate.guide import advise
+from rig.calibrate.guide import advise, coverage_text
 from rig.calibrate.in_hand import motion_px, pictures_in_hand
 from rig.calibrate.pictures import Picture
 from rig.calibrate.sight import PictureSightings, Tally, sight
@@ -51,7 +51,7 @@ def test_coverage_counts_area_pairs_tilts_and_distances():
     assert coverage.tilts_deg[:, 0].max() > 12.0
     assert np.abs(coverage.tilts_deg[:, 1]).max() > 15.0
     assert 300.0 < np.median(coverage.distances_mm) < 1000.0
-    assert "left-right 3" in coverage.line(NAMES)
+    assert "left-right 3" in coverage_text(coverage, NAMES)
 
 
 def test_advice_names_what_is_missing_and_ends_when_nothing_is():
