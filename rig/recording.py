@@ -229,7 +229,7 @@ def _index_message(multiview: MultiView) -> dict[str, object]:
 
 def _multiview(index: dict[str, Any], images: Mapping[str, dict[str, Any]]) -> MultiView:
     frames = tuple(
-        Frame(image=_image(images[f"/{told['view']}/image"]), **told) for told in index["frames"]
+        Frame(image=_image(images[f"/{entry['view']}/image"]), **entry) for entry in index["frames"]
     )
     return MultiView(frames, index["temperature_degc"])
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from rig.capture.folder import CaptureFolder
-from rig.capture.live import CaptureTally, LiveFrame, run_capture
+from rig.capture.live import CaptureTally, Measured, run_capture
 from rig.capture.picture import write_picture
 from rig.devices import Camera
 from rig.interrupts import Interrupts
@@ -91,7 +91,7 @@ def capture_depth(
         StoreError: the folder or the recording cannot be written.
     """
     tally = CaptureTally()
-    last: LiveFrame | None = None
+    last: Measured | None = None
     is_interrupted = False
     begun_s = time.monotonic()
     with ExitStack() as outputs, Interrupts() as interrupts:
@@ -103,14 +103,14 @@ def capture_depth(
         if request.folder is not None:
             folder = outputs.enter_context(closing(CaptureFolder(request.folder, run)))
         try:
-            for frame in _until(run_capture(run, camera, tally), request, begun_s):
+            for measured in _until(run_capture(run, camera, tally), request, begun_s):
                 with interrupts.deferred():
                     if folder is not None:
-                        folder.write(frame)
+                        folder.write(measured)
                     if recording is not None:
-                        recording.write(frame.multiview)
-                    last = frame
-                    progress(frame.index + 1, _words(frame))
+                        recording.write(measured.multiview)
+                    last = measured
+                    progress(measured.index + 1, measured.line())
         except KeyboardInterrupt:
             is_interrupted = True
         took_s = time.monotonic() - begun_s
@@ -133,19 +133,14 @@ def capture_depth(
 
 
 def _until(
-    frames: Iterator[LiveFrame], request: CaptureRequest, begun_s: float
-) -> Iterator[LiveFrame]:
-    for frame in frames:
-        yield frame
-        if request.frames is not None and frame.index + 1 >= request.frames:
+    measured: Iterator[Measured], request: CaptureRequest, begun_s: float
+) -> Iterator[Measured]:
+    for item in measured:
+        yield item
+        if request.frames is not None and item.index + 1 >= request.frames:
             return
         if request.duration_s is not None and time.monotonic() - begun_s >= request.duration_s:
             return
-
-
-def _words(frame: LiveFrame) -> str:
-    share_pct, latency_ms = 100.0 * frame.valid_share, 1e3 * frame.latency_s
-    return f"answer at {share_pct:.1f} % of the pixels, {latency_ms:.0f} ms"
 
 
 def _failed_gate(profile: Profile, tally: CaptureTally) -> str | None:

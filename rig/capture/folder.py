@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from rig.capture.live import LiveFrame
+from rig.capture.live import Measured
 from rig.depth import write_bytes, write_depth_png, write_label_png, write_pfm
 from rig.errors import StoreError
 from rig.stored import Run
@@ -27,24 +27,24 @@ class CaptureFolder:
         if camera is not None:
             write_bytes(folder / "camera.json", json.dumps(camera, indent=2).encode())
 
-    def write(self, frame: LiveFrame) -> None:
+    def write(self, measured: Measured) -> None:
         """Write all maps of one multi-view and its line in `frames.jsonl`.
 
         Raises:
             StoreError: the folder cannot be written, e.g. the disk is full.
         """
-        number = f"{frame.index:05d}"
-        slopes = frame.slopes
+        number = f"{measured.index:05d}"
+        slopes = measured.slopes
         write_pfm(self.folder / f"slope_{number}.pfm", slopes.slope_px)
         write_label_png(self.folder / f"label_{number}.png", slopes.label)
-        if frame.depth is None:
+        if measured.depth is None:
             write_pfm(self.folder / f"sigma_{number}.pfm", slopes.sigma_px)
         else:
-            write_pfm(self.folder / f"sigma_{number}.pfm", frame.depth.sigma_mm)
-            write_pfm(self.folder / f"depth_{number}.pfm", frame.depth.depth_mm)
-            write_depth_png(self.folder / f"depth_{number}.png", frame.depth.depth_mm)
+            write_pfm(self.folder / f"sigma_{number}.pfm", measured.depth.sigma_mm)
+            write_pfm(self.folder / f"depth_{number}.pfm", measured.depth.depth_mm)
+            write_depth_png(self.folder / f"depth_{number}.png", measured.depth.depth_mm)
         try:
-            self._facts.write(json.dumps(self._line(frame)) + "\n")
+            self._facts.write(json.dumps(self._line(measured)) + "\n")
             self._facts.flush()
         except OSError as error:
             raise StoreError(
@@ -56,19 +56,19 @@ class CaptureFolder:
         """Close the list of facts."""
         self._facts.close()
 
-    def _line(self, frame: LiveFrame) -> dict[str, object]:
-        multiview = frame.multiview
+    def _line(self, measured: Measured) -> dict[str, object]:
+        multiview = measured.multiview
         return {
-            "frame": frame.index,
+            "frame": measured.index,
             "rig": self._run.profile.name,
             "curve": None if self._run.curve is None else self._run.curve.id,
             "calibration": self._run.optics.calibration_id,
-            "sigma_unit": "px per view step" if frame.depth is None else "mm",
+            "sigma_unit": "px per view step" if measured.depth is None else "mm",
             "timestamp_s": multiview.timestamp_s,
             "skew_s": multiview.skew_s,
             "sequence": {frame.view: frame.sequence for frame in multiview.frames},
             "exposure_s": {frame.view: frame.exposure_s for frame in multiview.frames},
             "temperature_degc": multiview.temperature_degc,
-            "latency_s": frame.latency_s,
-            "warnings": list(frame.slopes.warnings),
+            "latency_s": measured.latency_s,
+            "warnings": list(measured.slopes.warnings),
         }

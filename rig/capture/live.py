@@ -21,7 +21,7 @@ _MOTION_PX = np.float32(0.2)
 
 
 @dataclass(frozen=True, slots=True)
-class LiveFrame:
+class Measured:
     """One multi-view with its slopes and, where a curve is known, its depth."""
 
     index: int
@@ -37,6 +37,11 @@ class LiveFrame:
         label = self.slopes.label if self.depth is None else self.depth.label
         return float((label > 0).mean())
 
+    def line(self) -> str:
+        """Say for a person how it went."""
+        valid_pct = 100.0 * self.valid_share
+        return f"answer at {valid_pct:.1f} % of the pixels, {1e3 * self.latency_s:.0f} ms"
+
 
 @dataclass(slots=True)
 class CaptureTally:
@@ -48,11 +53,11 @@ class CaptureTally:
     skewed: int = 0
     """Multi-views left out because their views were too far apart in time."""
 
-    def add(self, frame: LiveFrame) -> None:
+    def add(self, measured: Measured) -> None:
         """Count one measured multi-view."""
-        self.latencies_s.append(frame.latency_s)
-        self.skews_s.append(frame.multiview.skew_s)
-        self.valid_shares.append(frame.valid_share)
+        self.latencies_s.append(measured.latency_s)
+        self.skews_s.append(measured.multiview.skew_s)
+        self.valid_shares.append(measured.valid_share)
 
     @property
     def valid_pct(self) -> float:
@@ -60,7 +65,7 @@ class CaptureTally:
         return 100.0 * statistics.fmean(self.valid_shares) if self.valid_shares else float("nan")
 
 
-def run_capture(run: Run, camera: Camera, tally: CaptureTally) -> Iterator[LiveFrame]:
+def run_capture(run: Run, camera: Camera, tally: CaptureTally) -> Iterator[Measured]:
     """Yield slopes of every multi-view that the camera streams, and depth where there is a curve.
 
     The slopes of one multi-view are the hypothesis for the next: only their neighbourhood is
@@ -111,7 +116,7 @@ def run_capture(run: Run, camera: Camera, tally: CaptureTally) -> Iterator[LiveF
             on_axis = replace(slopes, slope_px=optics.axis_slopes_px(slopes.slope_px))
             max_sigma_pct = profile.quality.depth_sigma_pct
             depth = depth_from_slopes(on_axis, run.curve.curve, max_sigma_pct=max_sigma_pct)
-        frame = LiveFrame(index, multiview, slopes, depth, time.perf_counter() - begun_s)
-        tally.add(frame)
+        measured = Measured(index, multiview, slopes, depth, time.perf_counter() - begun_s)
+        tally.add(measured)
         index += 1
-        yield frame
+        yield measured

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.capture.live import LiveFrame
+from rig.capture.live import Measured
 from rig.depth import write_bytes
 from rig.stored import Run
 
@@ -15,7 +15,7 @@ _STRIP_PX = 34
 _BAR_PX = 200
 
 
-def write_picture(path: Path, frame: LiveFrame, run: Run) -> Path:
+def write_picture(path: Path, measured: Measured, run: Run) -> Path:
     """Write the reference image beside its depth (or slope) in colour, with a scale.
 
     Near is warm and far is cool; grey has no answer.
@@ -24,16 +24,15 @@ def write_picture(path: Path, frame: LiveFrame, run: Run) -> Path:
         StoreError: the file cannot be written.
     """
     reference = run.profile.reference
-    image = run.optics.pictures(frame.multiview.stack())[reference]
+    frame = measured.multiview.frames[reference]
+    image = run.optics.pictures(measured.multiview.stack())[reference]
     if image.dtype != np.uint8:
-        image = cv2.convertScaleAbs(
-            image, alpha=255.0 / frame.multiview.frames[reference].full_scale
-        )
+        image = cv2.convertScaleAbs(image, alpha=255.0 / frame.full_scale)
     left = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
-    if frame.depth is None:
-        values, unit, near_is_large = frame.slopes.slope_px, "px per view step", True
+    if measured.depth is None:
+        values, unit, near_is_large = measured.slopes.slope_px, "px per view step", True
     else:
-        values, unit, near_is_large = frame.depth.depth_mm, "mm", False
+        values, unit, near_is_large = measured.depth.depth_mm, "mm", False
     right, low, high = _in_colour(np.asarray(values, np.float64), near_is_large=near_is_large)
     picture = np.hstack([left, right])
     strip = np.full((_STRIP_PX, picture.shape[1], 3), 255, np.uint8)

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from functools import partial
 
 from rig.check.items import Item, Status, graded, worst
-from rig.check.stills import CornersOrReason, ViewStills
+from rig.check.stills import ViewStills
 from rig.errors import TargetError, every_advice
+from rig.targets import CornersOrReason
 from rig.targets.corners import Corners
 
 SOFT_PX, BLURRED_PX = 1.5, 3.0

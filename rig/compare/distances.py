@@ -51,7 +51,7 @@ class BoardErrors:
 
 
 @dataclass(frozen=True, slots=True)
-class Board:
+class BoardPlane:
     """Where the board is in one multi-view, from the stored line fit."""
 
     inside: NDArray[np.bool_]
@@ -62,7 +62,7 @@ class Board:
     """(u, v) of its centre."""
 
     @classmethod
-    def of(cls, measurement: Measurement, shape: tuple[int, int]) -> "Board | None":
+    def of(cls, measurement: Measurement, shape: tuple[int, int]) -> "BoardPlane | None":
         """Return the board of a measurement, None where it has no plane."""
         outline = measurement.outline_px
         if measurement.plane is None or measurement.centre_px is None or not outline:
@@ -115,7 +115,7 @@ def compare_distances(
         if sample.stop.distance_mm in errors or sample.key not in measurements:
             continue
         views = optics.views(load(sample).stack())
-        board = Board.of(measurements[sample.key], views.shape)
+        board = BoardPlane.of(measurements[sample.key], views.shape)
         if board is None:
             continue
         distance_mm = optics.distance_mm(sample.reached_mm)
@@ -128,7 +128,7 @@ def compare_distances(
 def _at_distance(
     optics: Optics,
     views: RectifiedViews,
-    board: Board,
+    board: BoardPlane,
     curve: Curve,
     distance_mm: float,
     slope_range_px: Span,
@@ -153,14 +153,14 @@ def _at_distance(
     )
 
 
-def _with_plane(views: RectifiedViews, board: Board, slope_range_px: Span) -> Map:
+def _with_plane(views: RectifiedViews, board: BoardPlane, slope_range_px: Span) -> Map:
     plane_px = np.where(board.inside, board.plane_px, np.float32(np.nan))
     sigma_px = np.full(views.shape, _PRIOR_SIGMA_PX, np.float32)
     return estimate_slopes(views, slope_range_px, SlopePrior(plane_px, sigma_px)).slope_px
 
 
 def _board_error(
-    slope_px: Map, tilt_px: Map, board: Board, curve: Curve, distance_mm: float
+    slope_px: Map, tilt_px: Map, board: BoardPlane, curve: Curve, distance_mm: float
 ) -> BoardError:
     """Bring the slopes of the board to its centre and turn what they miss into distance.
 

@@ -16,10 +16,10 @@ from rig.cli.calibration_result import tally_lines
 from rig.errors import TargetError
 from rig.frames import Frame, MultiView
 from rig.targets import Detection
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from tests.support.board_images import BoardScene
 
-BOARD = Board(9, 6, 25.0)
+BOARD = Checkerboard(9, 6, 25.0)
 SIZES = ((640, 400), (640, 400))
 NAMES = ("left", "right")
 FOCAL_PX = 560.0

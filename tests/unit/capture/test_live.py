@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 import pytest
 
-from rig.capture.live import CaptureTally, LiveFrame, run_capture
+from rig.capture.live import CaptureTally, Measured, run_capture
 from rig.errors import SlopeError
 from rig.frames import Frame, MultiView
 from rig.optics.nominal import nominal_optics
@@ -134,7 +134,7 @@ def test_a_view_off_its_place_is_named_once_and_followed():
     stream = [multiview(right, still, n) for n in range(3)]
     names = tuple(view.name for view in right.views)
 
-    def measured(profile: Profile) -> list[LiveFrame]:
+    def measured(profile: Profile) -> list[Measured]:
         return list(run_capture(bare(profile), Sequence(names, stream), CaptureTally()))
 
     wrong = measured(told)
