@@ -43,13 +43,15 @@ html_show_copyright = False
 # Every name of rig's own that a page or a docstring refers to must be documented; other people's
 # inventories would have to be fetched.
 nitpicky = True
-nitpick_ignore_regex = [(r"py:.*", r"(?!rig\.).*")]
+nitpick_ignore_regex = [(r"py:.*", r"(?!rig\.).*"), (r"py:class", r"rig\.arrays\._\w+")]
 
 _sentences: dict[str, list[str]] = {}
 """Docstrings of attributes by name, between the two steps below."""
 _ARRAY = re.compile(
     r"[~\w.]*ndarray\[[~\w.]*tuple\[[~\w.]*Any, \.\.\.\], [~\w.]*dtype\[[~\w.]*?(\w+)\]\]"
 )
+_STORED = re.compile(r"[~\w.]*Annotated\[(NDArray\[\w+\]|float), [^\]]*rig\.arrays\._\w+[^\]]*\]")
+"""How a stored value is written to JSON is not what a caller asks."""
 
 
 def _keep(app: Sphinx, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
@@ -77,19 +79,24 @@ def _shorten_signature(
     return None if what != "class" or is_called else ("", returns)
 
 
+def _shortened(text: str) -> str:
+    """Write types as the code does; numpy spells its alias out."""
+    return _STORED.sub(r"\1", _ARRAY.sub(r"NDArray[\1]", text))
+
+
 def _shorten_arrays(app: Sphinx, domain: str, kind: str, content: Any) -> None:
-    """Write types of arguments that are arrays as the code does; numpy spells its alias out."""
+    """Write types of arguments that are arrays as the code does."""
     for types in app.env.current_document.autodoc_annotations.values():
         for name, text in types.items():
-            types[name] = _ARRAY.sub(r"NDArray[\1]", text)
+            types[name] = _shortened(text)
 
 
 def _shorten_fields(app: Sphinx, page: nodes.document, name: str) -> None:
     """The same for attributes, once their names are resolved."""
     for node in page.findall(addnodes.desc_annotation):
         text = node.astext()
-        if _ARRAY.search(text) and not any(node.findall(nodes.reference)):
-            node[:] = [nodes.Text(_ARRAY.sub(r"NDArray[\1]", text))]
+        if _shortened(text) != text and not any(node.findall(nodes.reference)):
+            node[:] = [nodes.Text(_shortened(text))]
 
 
 def setup(app: Sphinx) -> None:

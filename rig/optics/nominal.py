@@ -12,12 +12,7 @@ from rig.epipolar.board.lines import BoardViews
 from rig.epipolar.noise.model import NoiseModel
 from rig.epipolar.views import Image
 from rig.frames import GreyImage
-from rig.profile import (
-    CameraConfig,
-    FolderCameraConfig,
-    Profile,
-    RecordingCameraConfig,
-)
+from rig.profile import Profile
 
 Float = NDArray[np.float64]
 
@@ -117,7 +112,7 @@ def nominal_optics(profile: Profile) -> NominalOptics:
         y_steps=np.array([view.y_steps for view in profile.views]),
         reference=profile.reference,
         noise=noise_of(profile),
-        size_px=_size_px(profile.camera),
+        size_px=profile.camera.size_px,
     )
 
 
@@ -127,9 +122,3 @@ def noise_of(profile: Profile) -> NoiseModel | None:
     if noise is None:
         return None
     return NoiseModel(noise.read_noise_levels, noise.electrons_per_level)
-
-
-def _size_px(camera: CameraConfig) -> tuple[int, int] | None:
-    if isinstance(camera, FolderCameraConfig | RecordingCameraConfig):
-        return None
-    return camera.width_px, camera.height_px

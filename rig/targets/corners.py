@@ -55,10 +55,10 @@ class Corners:
 def find_corners(image: Image, board: Checkerboard) -> Corners:
     """Find all inner corners of a board to sub-pixel precision.
 
-    The order is the same in every view: rows and columns run right-handed as on `Checkerboard.points_mm`,
-    and the square outside corner (0, 0) is black. Where the colours leave a choice (rows and
-    columns both even or both odd), corner (0, 0) is the one nearest the top left of the image; a
-    board turned past that point changes its order.
+    The order is the same in every view: rows and columns run right-handed as on
+    `Checkerboard.points_mm`, and the square outside corner (0, 0) is black. Where the colours leave
+    a choice (rows and columns both even or both odd), corner (0, 0) is the one nearest the top left
+    of the image; a board turned past that point changes its order.
 
     Args:
         image: (H, W) grey; float32 in 8-bit grey levels.
