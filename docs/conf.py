@@ -50,8 +50,10 @@ _sentences: dict[str, list[str]] = {}
 _ARRAY = re.compile(
     r"[~\w.]*ndarray\[[~\w.]*tuple\[[~\w.]*Any, \.\.\.\], [~\w.]*dtype\[[~\w.]*?(\w+)\]\]"
 )
+# How a stored value is written to JSON is not what a reader asks.
 _STORED = re.compile(r"[~\w.]*Annotated\[(NDArray\[\w+\]|float), [^\]]*rig\.arrays\._\w+[^\]]*\]")
-"""How a stored value is written to JSON is not what a caller asks."""
+_FIELD = re.compile(r"(\w+), leaves=.*?wanted=[\w ]*\)\]|_NamedNumber object at \w+>\]")
+"""The same in the type of an attribute: what Sphinx leaves of text that it cannot parse."""
 
 
 def _keep(app: Sphinx, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
@@ -81,7 +83,8 @@ def _shorten_signature(
 
 def _shortened(text: str) -> str:
     """Write types as the code does; numpy spells its alias out."""
-    return _STORED.sub(r"\1", _ARRAY.sub(r"NDArray[\1]", text))
+    text = _STORED.sub(r"\1", _ARRAY.sub(r"NDArray[\1]", text))
+    return _FIELD.sub(lambda found: f"NDArray[{found[1]}]" if found[1] else "float", text)
 
 
 def _shorten_arrays(app: Sphinx, domain: str, kind: str, content: Any) -> None:
