@@ -90,7 +90,7 @@ def calibrate(
     from rig.calibrate.solve import SolveChoices
     from rig.calibrate.stored_pictures import stored_pictures
     from rig.calibrate.take import Operator
-    from rig.cli.progress import Progress
+    from rig.cli.progress import ProgressLine
     from rig.database import open_store
     from rig.interrupts import Interrupts
     from rig.profile.load import load_profile
@@ -111,7 +111,7 @@ def calibrate(
             resume=resume,
         )
         try:
-            with Interrupts() as interrupts, Progress(None) as progress:
+            with Interrupts() as interrupts, ProgressLine(None) as progress:
                 operator = Operator(interrupts, progress.report, tell)
                 result = run_calibration(request, store, operator)
         except KeyboardInterrupt:

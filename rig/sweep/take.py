@@ -1,4 +1,4 @@
-"""The calibration sweep: move, settle, grab; again and again."""
+"""The depth-slope sweep: move, settle, grab; again and again."""
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
