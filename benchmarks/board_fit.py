@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rig.arrays import Float
 from rig.epipolar import RectifiedViews
 from rig.epipolar.board.fit import fit_board_slope
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from rig.targets.corners import find_corners
 from tests.support.board_images import BoardScene, blurred, digitised
 from tests.support.slope_bound import slope_bound_px
@@ -23,7 +23,7 @@ Y_STEPS = np.array([0.0, 0.0, 0.0, -1.05, 0.96])
 GAINS = (1.0, 1.02, 0.98, 1.01, 0.97)
 BLURS_PX = (0.6, 0.9)
 NOISES = (1.0, 2.0, 5.0)
-BOARD = Board(9, 6, 25.0)
+BOARD = Checkerboard(9, 6, 25.0)
 
 
 @dataclass

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from benchmarks.calibration_corners import corner_error_px, rendered_sightings
 from rig.arrays import Float
-from rig.geometry.bundle import Calibration, calibrate
+from rig.geometry.bundle import Calibration, solve_rig
 from rig.geometry.bundle.depth_error import DISTANCES_MM, depth_gradient, depth_sigma_mm
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
@@ -57,11 +57,11 @@ class Tally:
 
 
 def solve(sightings: list[Sighting]) -> Calibration:
-    return calibrate(sightings, flat_board_mm(), [(WIDTH, HEIGHT)] * 3, NAMES, 0, lens="brown5")
+    return solve_rig(sightings, flat_board_mm(), [(WIDTH, HEIGHT)] * 3, NAMES, 0, lens="brown5")
 
 
 def opencv_pair(sightings: list[Sighting]) -> RigGeometry:
-    """Run calibrateCamera per view, then stereoCalibrate with these intrinsics held still."""
+    """Run calibrateCamera per view, then stereoCalibrate with these intrinsics fixed."""
     board = flat_board_mm().astype(np.float32)
     by_view = {view: {s.picture: s for s in sightings if s.view == view} for view in PAIR}
     numbers = []
@@ -194,7 +194,7 @@ def solve_time(pictures: int) -> None:
     sightings = random_scene(0, pictures).sightings(1)
     for lens in ("brown5", "auto"):
         begun, clock = time.process_time(), time.perf_counter()
-        calibrate(sightings, flat_board_mm(), [(WIDTH, HEIGHT)] * 3, NAMES, 0, lens=lens)
+        solve_rig(sightings, flat_board_mm(), [(WIDTH, HEIGHT)] * 3, NAMES, 0, lens=lens)
         print(
             f"{pictures} pictures, {sum(map(len, sightings))} points, lens {lens}: "
             f"{time.process_time() - begun:.2f} s process time, "

@@ -20,11 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.arrays import Float
-from rig.calibrate.frames import stored_pictures
 from rig.calibrate.pictures import recorded_pictures
 from rig.calibrate.sight import PictureSightings, all_sightings, sight
+from rig.calibrate.stored_pictures import stored_pictures
 from rig.errors import CalibrationError
-from rig.geometry.bundle import calibrate
+from rig.geometry.bundle import solve_rig
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
@@ -46,7 +46,7 @@ class Pictures:
     names: tuple[str, ...]
     points_mm: Float
     sizes_px: tuple[tuple[int, int], ...]
-    sighted: list[PictureSightings]
+    sightings: list[PictureSightings]
 
 
 def read(name: str) -> Pictures:
@@ -56,18 +56,18 @@ def read(name: str) -> Pictures:
         sys.exit(f"{name}: has no [target]")
     target = target_of(profile.target)
     with open_camera(profile) as (camera, _):
-        sighted = [sight(picture, target) for picture in recorded_pictures(camera)]
+        sightings = [sight(picture, target) for picture in recorded_pictures(camera)]
     return Pictures(
         tuple(view.name for view in profile.views),
         target.points_mm.reshape(-1, 3),
-        sighted[0].sizes_px,
-        [one for one in sighted if one.views],
+        sightings[0].sizes_px,
+        [one for one in sightings if one.views],
     )
 
 
 def ours(found: Pictures, sightings: Sequence[Sighting]) -> RigGeometry:
     """Joint bundle adjustment of all views."""
-    return calibrate(
+    return solve_rig(
         sightings, found.points_mm, found.sizes_px, found.names, 0, lens="brown5"
     ).geometry
 
@@ -131,7 +131,7 @@ def _pair(
 def held_out_px(found: Pictures, geometry: RigGeometry, sightings: Sequence[Sighting]) -> Float:
     """Distances (N,) of held-out points, the pose of the board alone fitted to all views."""
     try:
-        judged = calibrate(
+        judged = solve_rig(
             sightings, found.points_mm, found.sizes_px, found.names, 0, start=geometry, fixed="all",
             synchronous=True,
         )  # fmt: skip
@@ -197,7 +197,7 @@ def main() -> None:
             print(f"{name}: not in {SHARED}; set RIG_SHARED_DATA")
             continue
         found = read(name)
-        every = all_sightings(found.sighted)
+        every = all_sightings(found.sightings)
         numbers = sorted({s.picture for s in every})
         halves = [[s for s in every if s.picture in set(numbers[start::2])] for start in (0, 1)]
         print(f"{name}: {len(numbers)} pictures, {sum(map(len, every))} corners")

@@ -91,7 +91,7 @@ class Sweep:
         with self.bench.stage as stage:
             stage.home()
             done = {stop: frozenset(numbers) for stop, numbers in self.done.items()}
-            for taken in run_sweep(
+            for new in run_sweep(
                 self.stops,
                 stage=stage,
                 camera=camera,
@@ -103,8 +103,8 @@ class Sweep:
                 times=SweepTimes(),
                 done=done,
             ):
-                self.done.setdefault(taken.stop.index, set()).add(taken.sample)
-                self.worst_mm = max(self.worst_mm, abs(taken.reached_mm - camera.seen_mm[-1]))
+                self.done.setdefault(new.stop.index, set()).add(new.sample)
+                self.worst_mm = max(self.worst_mm, abs(new.reached_mm - camera.seen_mm[-1]))
 
     @property
     def is_finished(self) -> bool:

@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from rig.errors import TargetError
 from rig.targets import CharucoBoard, Detection, Target, find_target
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from tests.support.board_images import BoardScene, digitised
 from tests.support.charuco_images import CharucoScene
 
 Image = NDArray[np.uint8]
 
 CHARUCO = CharucoBoard(11, 8, 30.0, 22.5, "4X4_50")
-CHECKER = Board(9, 6, 30.0)
+CHECKER = Checkerboard(9, 6, 30.0)
 SIZE = (1280, 800)
 MARGINS = ((0.9, 28.0), (0.75, 18.0), (0.9, 45.0), (0.75, 28.0), (0.75, 45.0), (0.6, 45.0))
 """Side of a marker in squares, and of a square in px."""

@@ -4,7 +4,7 @@ import signal
 import threading
 from collections.abc import Generator
 from contextlib import contextmanager
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import Any, Self
 
 _SIGNALS = tuple(
@@ -15,9 +15,9 @@ _SIGNALS = tuple(
 class Interrupts:
     """Turns Ctrl-C, kill and a closed terminal into one KeyboardInterrupt at a good moment.
 
-    Outside `held()` the interrupt is raised at once, so that a moving stage stops at once. Inside
-    it waits for the end of the block, so that the sample being taken is finished and stored. A
-    second signal does not wait.
+    Outside `deferred()` the interrupt is raised at once, so that a moving stage stops at once.
+    Inside it waits for the end of the block, so that the sample being taken is finished and stored.
+    A second signal does not wait.
     """
 
     def __init__(self) -> None:
@@ -31,18 +31,13 @@ class Interrupts:
                 self._previous[number] = signal.signal(number, self._on_signal)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         for number, handler in self._previous.items():
             signal.signal(number, handler)
         self._previous.clear()
 
     @contextmanager
-    def held(self) -> Generator[None]:
+    def deferred(self) -> Generator[None]:
         """Let an interrupt wait until this block has ended."""
         self._depth += 1
         try:

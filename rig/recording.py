@@ -44,7 +44,7 @@ _RAW_IMAGE: Final = {
         "data": {"type": "string", "contentEncoding": "base64"},
     },
 }
-_MULTI_VIEW: Final = {
+_MULTIVIEW: Final = {
     "title": "rig.MultiView",
     "type": "object",
     "properties": {
@@ -97,7 +97,7 @@ class RecordingWriter:
             "foxglove.RawImage", "jsonschema", json.dumps(_RAW_IMAGE).encode()
         )
         index = self._writer.register_schema(
-            "rig.MultiView", "jsonschema", json.dumps(_MULTI_VIEW).encode()
+            "rig.MultiView", "jsonschema", json.dumps(_MULTIVIEW).encode()
         )
         self._images = {
             view: self._writer.register_channel(f"/{view}/image", "json", image) for view in views
@@ -117,17 +117,17 @@ class RecordingWriter:
         finally:
             self._file.close()
 
-    def write(self, multi_view: MultiView) -> None:
+    def write(self, multiview: MultiView) -> None:
         """Append one multi-view.
 
         Raises:
             StoreError: the disk is full or gone.
         """
         try:
-            for frame in multi_view.frames:
+            for frame in multiview.frames:
                 self._add(self._images[frame.view], frame.timestamp_s, _image_message(frame))
-            last_s = max(frame.timestamp_s for frame in multi_view.frames)
-            self._add(self._index, last_s, _index_message(multi_view))
+            last_s = max(frame.timestamp_s for frame in multiview.frames)
+            self._add(self._index, last_s, _index_message(multiview))
             self._file.flush()
         except OSError as error:
             raise self._trouble(error) from error
@@ -149,8 +149,8 @@ def recorded_views(path: Path) -> tuple[str, ...]:
     Raises:
         StoreError: no such file, not a recording, or without a multi-view.
     """
-    for multi_view in recorded(path):
-        return tuple(frame.view for frame in multi_view.frames)
+    for multiview in recorded(path):
+        return tuple(frame.view for frame in multiview.frames)
     raise StoreError(f"{path}: holds no whole multi-view", advice="record it again")
 
 
@@ -178,7 +178,7 @@ def _read(file: IO[bytes], path: Path) -> Iterator[MultiView]:
         for _, channel, message in messages:
             content = json.loads(message.data)
             if channel.topic == _INDEX:
-                yield _multi_view(content, images)
+                yield _multiview(content, images)
                 images = {}
             else:
                 images[channel.topic] = content
@@ -210,9 +210,9 @@ def _image_message(frame: Frame) -> dict[str, object]:
     }
 
 
-def _index_message(multi_view: MultiView) -> dict[str, object]:
+def _index_message(multiview: MultiView) -> dict[str, object]:
     return {
-        "temperature_degc": multi_view.temperature_degc,
+        "temperature_degc": multiview.temperature_degc,
         "frames": [
             {
                 "view": frame.view,
@@ -222,14 +222,14 @@ def _index_message(multi_view: MultiView) -> dict[str, object]:
                 "bits": frame.bits,
                 "uncertainty_s": frame.uncertainty_s,
             }
-            for frame in multi_view.frames
+            for frame in multiview.frames
         ],
     }
 
 
-def _multi_view(index: dict[str, Any], images: Mapping[str, dict[str, Any]]) -> MultiView:
+def _multiview(index: dict[str, Any], images: Mapping[str, dict[str, Any]]) -> MultiView:
     frames = tuple(
-        Frame(image=_image(images[f"/{told['view']}/image"]), **told) for told in index["frames"]
+        Frame(image=_image(images[f"/{entry['view']}/image"]), **entry) for entry in index["frames"]
     )
     return MultiView(frames, index["temperature_degc"])
 

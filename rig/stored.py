@@ -212,8 +212,8 @@ def require_matching(run: Run, calibrated: Profile, curve: StoredCurve) -> None:
     profile, now = run.profile, run.optics.calibration_id
     what = profile.first_difference(calibrated, ("name", "views", "pitch_mm"))
     if what is not None:
-        found, asked = getattr(calibrated, what), getattr(profile, what)
-        shown = f"{found} there, {asked} here" if what != "views" else "other places of views"
+        there, here = getattr(calibrated, what), getattr(profile, what)
+        shown = f"{there} there, {here} here" if what != "views" else "other places of views"
         raise CurveError(
             f"curve {curve.id} belongs to another rig: {what} differs ({shown})",
             advice=f"run `rig sweep {profile.name}` or choose with --curve",

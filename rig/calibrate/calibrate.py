@@ -67,7 +67,7 @@ def run_calibration(
         )
     collection = Collection(profile, target_of(profile.target))
     album = _collect(collection, request, store.frames, operator)
-    operator.progress(len(collection.sighted), "solving")
+    operator.progress(len(collection.sightings), "solving")
     calibration = collection.solved(request.choices)
     return _store(collection, calibration, album, store)
 

@@ -17,7 +17,7 @@ class Collection:
 
     profile: Profile
     target: Target
-    sighted: list[PictureSightings] = field(default_factory=list[PictureSightings])
+    sightings: list[PictureSightings] = field(default_factory=list[PictureSightings])
     """Of the pictures that show the target."""
     tally: Tally = field(init=False)
     devices: dict[str, object] = field(default_factory=dict[str, object])
@@ -36,19 +36,19 @@ class Collection:
     @property
     def in_hand(self) -> int:
         """Pictures of a target that no stage carried."""
-        return sum(one.stage_mm is None for one in self.sighted)
+        return sum(one.stage_mm is None for one in self.sightings)
 
-    def add(self, picture: Picture, sighted: PictureSightings | None = None) -> None:
+    def add(self, picture: Picture, sightings: PictureSightings | None = None) -> None:
         """Count a picture.
 
         Args:
             picture: the next one.
-            sighted: what it shows; None looks for the target.
+            sightings: what it shows; None looks for the target.
         """
-        one = sight(picture, self.target) if sighted is None else sighted
+        one = sight(picture, self.target) if sightings is None else sightings
         self.tally.add(one)
         if one.views:
-            self.sighted.append(one)
+            self.sightings.append(one)
         self.temperature_degc = picture.multiview.temperature_degc
 
     def solved(self, choices: SolveChoices) -> Calibration:
@@ -58,11 +58,11 @@ class Collection:
             CalibrationError: the pictures do not determine the geometry.
             TargetError: none shows the target; says why.
         """
-        if not self.sighted and self.tally.last is not None:
+        if not self.sightings and self.tally.last is not None:
             raise TargetError(
                 f"calibration of {self.profile.name} asked for, the target is in none of "
                 f"{self.tally.pictures} pictures",
                 advice=f"the last one: {self.tally.last}",
                 reason=self.tally.last.reason,
             )
-        return solve(self.profile, self.target, self.sighted, choices)
+        return solve(self.profile, self.target, self.sightings, choices)

@@ -33,30 +33,12 @@ class Coverage:
         """(V,) share of the parts that have shown corners."""
         return (self.cells > 0).mean(axis=(1, 2))
 
-    def line(self, names: Sequence[str]) -> str:
-        """One line for people."""
-        area = ", ".join(f"{n} {a:.0%}" for n, a in zip(names, self.area_share, strict=True))
-        pairs = [
-            f"{names[i]}-{names[j]} {self.shared[i, j]}"
-            for i in range(len(names))
-            for j in range(i + 1, len(names))
-        ]
-        words = f"area {area}; pairs {', '.join(pairs)}"
-        if not len(self.distances_mm):
-            return words
-        low, high = self.tilts_deg.min(axis=0), self.tilts_deg.max(axis=0)
-        return (
-            f"{words}; tilt about x {low[0]:+.0f}..{high[0]:+.0f}, about y "
-            f"{low[1]:+.0f}..{high[1]:+.0f} deg; distance "
-            f"{self.distances_mm.min():.0f}..{self.distances_mm.max():.0f} mm"
-        )
 
-
-def coverage_of(sighted: Sequence[PictureSightings], target: Target, view_count: int) -> Coverage:
+def coverage_of(sightings: Sequence[PictureSightings], target: Target, view_count: int) -> Coverage:
     """Count what the pictures cover."""
     cells = np.zeros((view_count, ROWS, COLUMNS), np.intp)
     shared = np.zeros((view_count, view_count), np.intp)
-    for one in sighted:
+    for one in sightings:
         shared[np.ix_(one.views, one.views)] += 1
         for sighting in one.sightings:
             width_px, height_px = one.sizes_px[sighting.view]
@@ -64,21 +46,23 @@ def coverage_of(sighted: Sequence[PictureSightings], target: Target, view_count:
             row = (sighting.xy_px[:, 1] / height_px * ROWS).astype(np.intp)
             place = np.clip(row, 0, ROWS - 1), np.clip(column, 0, COLUMNS - 1)
             np.add.at(cells[sighting.view], place, 1)
-    tilts_deg, distances_mm = _poses(sighted, target, shared)
+    tilts_deg, distances_mm = _poses(sightings, target, shared)
     return Coverage(cells, shared, tilts_deg, distances_mm)
 
 
 def _poses(
-    sighted: Sequence[PictureSightings], target: Target, shared: NDArray[np.intp]
+    sightings: Sequence[PictureSightings], target: Target, shared: NDArray[np.intp]
 ) -> tuple[Float, Float]:
     view = int(np.diag(shared).argmax())
     points_mm = target.points_mm.reshape(-1, 3)
     boards = [
-        BoardPoints(points_mm[s.ids, :2], s.xy_px) for s in all_sightings(sighted) if s.view == view
+        BoardPoints(points_mm[s.ids, :2], s.xy_px)
+        for s in all_sightings(sightings)
+        if s.view == view
     ]
     if not boards:
         return np.empty((0, 2)), np.empty(0)
-    camera = guess_camera(boards, sighted[0].sizes_px[view], "none").camera
+    camera = guess_camera(boards, sightings[0].sizes_px[view], "none").camera
     poses = [pose for pose in (board_pose(camera, board) for board in boards) if pose is not None]
     if not poses:
         return np.empty((0, 2)), np.empty(0)

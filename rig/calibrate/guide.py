@@ -45,6 +45,25 @@ def advise(coverage: Coverage, names: Sequence[str], reference: int) -> Advice:
     return Advice(missing or "good coverage: go on with other places and tilts", missing is None)
 
 
+def coverage_text(coverage: Coverage, names: Sequence[str]) -> str:
+    """Return what the pictures cover so far, in one line."""
+    area = ", ".join(f"{n} {a:.0%}" for n, a in zip(names, coverage.area_share, strict=True))
+    pairs = [
+        f"{names[i]}-{names[j]} {coverage.shared[i, j]}"
+        for i in range(len(names))
+        for j in range(i + 1, len(names))
+    ]
+    words = f"area {area}; pairs {', '.join(pairs)}"
+    if not len(coverage.distances_mm):
+        return words
+    low, high = coverage.tilts_deg.min(axis=0), coverage.tilts_deg.max(axis=0)
+    return (
+        f"{words}; tilt about x {low[0]:+.0f}..{high[0]:+.0f}, about y "
+        f"{low[1]:+.0f}..{high[1]:+.0f} deg; distance "
+        f"{coverage.distances_mm.min():.0f}..{coverage.distances_mm.max():.0f} mm"
+    )
+
+
 def next_pose(calibration: Calibration) -> str | None:
     """Return the pose that would shrink the depth error most, in words."""
     poses = calibration.verdict.poses

@@ -21,7 +21,7 @@ class Picture:
     number: int
     multiview: MultiView
     stage_mm: float | None = None
-    """Position of the stage that carried the target; None where it was held otherwise."""
+    """Position of the stage that carried the target; None where no stage did."""
 
 
 def recorded_pictures(camera: Camera) -> Generator[Picture]:
@@ -42,7 +42,7 @@ def stage_pictures(
     *,
     first: int,
     timeout_s: float,
-    held: Callable[[], AbstractContextManager[None]] = nullcontext,
+    deferred: Callable[[], AbstractContextManager[None]] = nullcontext,
 ) -> Generator[Picture]:
     """Home, then move to every position, let the board come to rest, and yield a picture of it.
 
@@ -54,7 +54,7 @@ def stage_pictures(
         config: settling time and longest wait of a move.
         first: number of the first picture.
         timeout_s: longest wait for a multi-view.
-        held: context in which an interrupt waits until the picture is taken.
+        deferred: context in which an interrupt waits until the picture is taken.
 
     Raises:
         DeviceError: stage or camera failed.
@@ -65,7 +65,7 @@ def stage_pictures(
         for index, wanted_mm in enumerate(positions_mm):
             reached_mm = stage.move_to(wanted_mm, config.move_timeout_s)
             hardware.clock.sleep_s(config.settle_s)
-            with held():
+            with deferred():
                 multiview = hardware.camera.grab(timeout_s)
                 yield Picture(first + index, multiview, reached_mm)
     finally:

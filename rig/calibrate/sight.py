@@ -52,10 +52,10 @@ class Tally:
         self.found = [0] * len(self.names)
         self.reasons = [Counter() for _ in self.names]
 
-    def add(self, sighted: PictureSightings) -> None:
+    def add(self, sightings: PictureSightings) -> None:
         """Count one picture."""
         self.pictures += 1
-        for view, answer in enumerate(sighted.by_view):
+        for view, answer in enumerate(sightings.by_view):
             if isinstance(answer, TargetError):
                 self.reasons[view][answer.reason] += 1
                 self.last = answer
@@ -81,6 +81,6 @@ def _look(frame: Frame, target: Target) -> Detection | TargetError:
         return error
 
 
-def all_sightings(sighted: Sequence[PictureSightings]) -> list[Sighting]:
+def all_sightings(pictures: Sequence[PictureSightings]) -> list[Sighting]:
     """Return the sightings of many pictures."""
-    return [sighting for one in sighted for sighting in one.sightings]
+    return [sighting for one in pictures for sighting in one.sightings]

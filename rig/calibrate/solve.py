@@ -8,8 +8,8 @@ import numpy as np
 
 from rig.calibrate.sight import PictureSightings, all_sightings
 from rig.errors import CalibrationError
-from rig.geometry.bundle import Calibration, calibrate
-from rig.geometry.bundle.calibrate import Fixed
+from rig.geometry.bundle import Calibration, solve_rig
+from rig.geometry.bundle.solve import Fixed
 from rig.geometry.half_turn import agree_on_turns
 from rig.geometry.lens import LensModel
 from rig.geometry.rig_geometry import RigGeometry
@@ -25,11 +25,11 @@ class SolveChoices:
     start: RigGeometry | None = None
     """Geometry to start from."""
     fixed: Fixed = "none"
-    """What of it to hold still."""
+    """What of it to keep."""
 
 
 def solve(
-    profile: Profile, target: Target, sighted: Sequence[PictureSightings], choices: SolveChoices
+    profile: Profile, target: Target, pictures: Sequence[PictureSightings], choices: SolveChoices
 ) -> Calibration:
     """Solve cameras, their places, the target and the stage from all pictures.
 
@@ -38,28 +38,28 @@ def solve(
     Args:
         profile: the rig.
         target: what was looked for.
-        sighted: pictures and what was found in them.
+        pictures: pictures and what was found in them.
         choices: how to solve.
 
     Raises:
         CalibrationError: the pictures do not determine the geometry.
     """
     names = tuple(view.name for view in profile.views)
-    sightings = all_sightings(sighted)
+    sightings = all_sightings(pictures)
     if not sightings:
         raise CalibrationError(
-            f"calibration of {profile.name} asked for, the target is in none of {len(sighted)} "
+            f"calibration of {profile.name} asked for, the target is in none of {len(pictures)} "
             "pictures",
             advice="show the target to the cameras",
         )
-    sizes_px = sighted[0].sizes_px
+    sizes_px = pictures[0].sizes_px
     points_mm = target.points_mm.reshape(-1, 3)
     if not target.has_one_way_up:
         sightings = list(agree_on_turns(sightings, points_mm, sizes_px, names))
     stage_mm = {
-        one.number: one.stage_mm for one in sighted if one.stage_mm is not None and one.sightings
+        one.number: one.stage_mm for one in pictures if one.stage_mm is not None and one.sightings
     }
-    return calibrate(
+    return solve_rig(
         sightings,
         points_mm,
         sizes_px,

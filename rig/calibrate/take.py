@@ -5,8 +5,15 @@ from dataclasses import dataclass, field
 from rig.calibrate.album import Album
 from rig.calibrate.collection import Collection
 from rig.calibrate.coverage import coverage_of
-from rig.calibrate.guide import FEWEST_PICTURES, SOLVE_EVERY, advise, enough, next_pose
-from rig.calibrate.live import held_pictures
+from rig.calibrate.guide import (
+    FEWEST_PICTURES,
+    SOLVE_EVERY,
+    advise,
+    coverage_text,
+    enough,
+    next_pose,
+)
+from rig.calibrate.in_hand import pictures_in_hand
 from rig.calibrate.pictures import recorded_pictures, stage_pictures, stage_positions_mm
 from rig.calibrate.solve import SolveChoices
 from rig.errors import CalibrationError
@@ -38,7 +45,7 @@ def read_stored(collection: Collection, operator: Operator) -> None:
         collection.devices["camera"] = dict(camera.identity)
         for picture in recorded_pictures(camera):
             collection.add(picture)
-            shown = len(collection.sighted)
+            shown = len(collection.sightings)
             operator.progress(
                 collection.tally.pictures, f"target in {shown} pictures of the recording"
             )
@@ -48,13 +55,13 @@ def read_album(collection: Collection, album: Album, operator: Operator) -> None
     """Look again at what an interrupted run has kept."""
     for picture in album.pictures():
         collection.add(picture)
-    if collection.sighted:
+    if collection.sightings:
         operator.tell(f"{collection.tally.pictures} pictures are there already")
 
 
 def take_on_stage(collection: Collection, album: Album, operator: Operator) -> None:
     """Let the stage carry the target through known positions, once."""
-    if any(one.stage_mm is not None for one in collection.sighted):
+    if any(one.stage_mm is not None for one in collection.sightings):
         return
     profile = collection.profile
     config = sweep_setup(profile).config
@@ -68,7 +75,7 @@ def take_on_stage(collection: Collection, album: Album, operator: Operator) -> N
             config,
             first=collection.tally.pictures,
             timeout_s=profile.camera.timeout_s,
-            held=operator.interrupts.held,
+            deferred=operator.interrupts.deferred,
         ):
             album.keep(picture)
             collection.add(picture)
@@ -86,19 +93,19 @@ def take_in_hand(
     profile = collection.profile
     with open_camera(profile, target_in_hand=True) as (camera, clock):
         collection.devices["camera"] = dict(camera.identity)
-        for picture, sighted in held_pictures(
+        for picture, sightings in pictures_in_hand(
             camera,
             clock,
             collection.target,
-            collection.sighted,
+            collection.sightings,
             first=collection.tally.pictures,
             timeout_s=profile.camera.timeout_s,
             patience_s=PATIENCE_S,
             progress=lambda count, text: operator.progress(count, f"{text}; {guide.advice}"),
-            held=operator.interrupts.held,
+            deferred=operator.interrupts.deferred,
         ):
             album.keep(picture)
-            collection.add(picture, sighted)
+            collection.add(picture, sightings)
             guide.look()
             if enough(guide.solves) or collection.in_hand >= most_pictures:
                 return
@@ -117,13 +124,13 @@ class _Guide:
     def look(self) -> None:
         """Look at what was added."""
         collection = self.collection
-        coverage = coverage_of(collection.sighted, collection.target, len(collection.names))
+        coverage = coverage_of(collection.sightings, collection.target, len(collection.names))
         advice = advise(coverage, collection.names, collection.profile.reference)
         self.advice = advice.text
         count = collection.in_hand
         if count < FEWEST_PICTURES or count % SOLVE_EVERY:
             return
-        self.tell(coverage.line(collection.names))
+        self.tell(coverage_text(coverage, collection.names))
         try:
             solve = collection.solved(SolveChoices(lens="brown5"))
         except CalibrationError as error:

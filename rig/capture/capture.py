@@ -103,7 +103,7 @@ def capture_depth(
             folder = outputs.enter_context(closing(CaptureFolder(request.folder, run)))
         try:
             for frame in _until(camera, request, begun_s):
-                with interrupts.held():
+                with interrupts.deferred():
                     tally.add(frame)
                     if folder is not None:
                         folder.write(frame)

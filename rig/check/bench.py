@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from rig.check.stage import Arrival
-from rig.check.stills import CornersOrReason, search_board
+from rig.check.stills import search_board
 from rig.check.timing import Stream, stream_of
 from rig.devices import Camera, Clock, Stage
 from rig.epipolar.board.fit import fit_board_slope
@@ -13,7 +13,7 @@ from rig.errors import DeviceError, SlopeError, TargetError, ViewSkewError
 from rig.frames import MultiView
 from rig.optics.optics import Optics
 from rig.profile import Profile, SweepConfig
-from rig.targets import Target
+from rig.targets import CornersOrReason, Target
 
 STREAM_FRAMES = 30
 STREAM_S = 3.0

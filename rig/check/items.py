@@ -24,16 +24,6 @@ class Item:
     numbers: Mapping[str, object] = field(default_factory=dict[str, object])
     """The same numbers for programs: units in the keys, one level deeper by view name."""
 
-    def as_dict(self) -> dict[str, object]:
-        """Return the item as the command line's JSON contract."""
-        return {
-            "item": self.name,
-            "status": self.status,
-            "found": self.found,
-            "advice": self.advice,
-            "numbers": dict(self.numbers),
-        }
-
 
 def failed(name: str, error: RigError) -> Item:
     """Return the item of a question that an error answers: what was found, and its advice."""

@@ -61,3 +61,9 @@ def _curve_or_reason(store: Store, run: Run) -> RunCurve | RigError:
         return find_curve(store, run)
     except RigError as error:
         return error
+
+
+def missing_sections(profile: Profile) -> list[str]:
+    """Return the sections without which no board is carried."""
+    sections = {"stage": profile.stage, "sweep": profile.sweep, "target": profile.target}
+    return [name for name, section in sections.items() if section is None]

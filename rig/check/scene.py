@@ -4,12 +4,12 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from rig.check.items import Item
 from rig.check.locks import judge_locks
+from rig.check.noise import judge_noise
 from rig.check.pictures import (
     judge_board,
     judge_exposure,
     judge_focus,
     judge_likeness,
-    judge_noise,
 )
 from rig.check.stills import measure_stills
 from rig.check.timing import judge_settling

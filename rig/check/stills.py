@@ -10,11 +10,8 @@ from numpy.typing import NDArray
 from rig.check.photon_transfer import PhotonTransfer, photon_transfer
 from rig.errors import TargetError
 from rig.frames import Frame, MultiView
-from rig.targets import Target, full_corners
+from rig.targets import CornersOrReason, Target, corners_or_reason
 from rig.targets.corners import Corners, corner_motion_px
-
-CornersOrReason = Corners | TargetError
-"""The board in one picture, or why it is not there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,10 +52,7 @@ def search_board(
     """Return the corners of the board, or the reason why there are none."""
     if board is None:
         return TargetError("the profile has no [target]", advice="add it", reason="no-target")
-    try:
-        return full_corners(image, board)
-    except TargetError as error:
-        return error
+    return corners_or_reason(image, board)
 
 
 def measure_stills(

@@ -22,8 +22,8 @@ class LensChoice(StrEnum):
     NONE = "none"
 
 
-class Held(StrEnum):
-    """What of a start is held still."""
+class Fix(StrEnum):
+    """What of a start is kept."""
 
     NONE = "none"
     INTRINSICS = "intrinsics"
@@ -71,7 +71,7 @@ def calibrate(
             show_default=False,
         ),
     ] = None,
-    fix: Annotated[Held, typer.Option("--fix", help="What of --start to hold still.")] = Held.NONE,
+    fix: Annotated[Fix, typer.Option("--fix", help="What of --start to keep as it is.")] = Fix.NONE,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with the newest unfinished one of this rig.")
     ] = False,
@@ -87,16 +87,16 @@ def calibrate(
     alone causes; exit code 3 says that the calibration is weak, and why.
     """
     from rig.calibrate.calibrate import CalibrateRequest, run_calibration
-    from rig.calibrate.frames import stored_pictures
     from rig.calibrate.solve import SolveChoices
+    from rig.calibrate.stored_pictures import stored_pictures
     from rig.calibrate.take import Operator
-    from rig.cli.progress import Progress
+    from rig.cli.progress import ProgressLine
     from rig.database import open_store
     from rig.interrupts import Interrupts
     from rig.profile.load import load_profile
     from rig.stored import stored_rig
 
-    if fix is not Held.NONE and start is None:
+    if fix is not Fix.NONE and start is None:
         raise typer.BadParameter(f"--fix {fix.value}: give the calibration with --start")
     profile = load_profile(profile_name, overrides or ())
     if frames:
@@ -111,7 +111,7 @@ def calibrate(
             resume=resume,
         )
         try:
-            with Interrupts() as interrupts, Progress(None) as progress:
+            with Interrupts() as interrupts, ProgressLine(None) as progress:
                 operator = Operator(interrupts, progress.report, tell)
                 result = run_calibration(request, store, operator)
         except KeyboardInterrupt:

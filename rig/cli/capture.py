@@ -71,14 +71,14 @@ def capture(
     from rig.capture.capture import CaptureRequest
     from rig.capture.on_rig import capture_on_rig
     from rig.cli.output import show_json, tell
-    from rig.cli.progress import Progress
+    from rig.cli.progress import ProgressLine
     from rig.profile.load import load_profile
     from rig.stored import RunChoice, curve_choice
 
     profile = load_profile(profile_name, overrides or ())
     choice = RunChoice(database, calibration, curve_choice(curve_id, slopes_only=slopes_only))
     request = CaptureRequest(frames=frames, duration_s=seconds, folder=out, recording=record)
-    with Progress(frames) as progress:
+    with ProgressLine(frames) as progress:
         summary = capture_on_rig(profile, choice, request, progress.report)
     if as_json:
         show_json(_as_dict(summary))

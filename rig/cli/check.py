@@ -33,8 +33,8 @@ def check(
     Prints pass, warn or fail for every item, with what was found and what to do. The stage is homed
     and moved, unless --no-move or the profile forbids it. Exit code 3 says that an item fails.
     """
+    from rig.check.check import check_on_rig
     from rig.check.items import worst
-    from rig.check.run import check_on_rig
     from rig.profile.load import load_profile
     from rig.stored import RunChoice
 
@@ -54,7 +54,7 @@ def check(
                 "profile": profile.name,
                 "verdict": verdict,
                 "counts": counts,
-                "items": [item.as_dict() for item in items],
+                "items": [_as_dict(item) for item in items],
             }
         )
     else:
@@ -64,6 +64,17 @@ def check(
         names = ", ".join(item.name for item in items if item.status == "fail")
         tell(f"rig: {profile.name} is not ready to sweep: {names}")
         raise typer.Exit(3)
+
+
+def _as_dict(item: "Item") -> dict[str, object]:
+    """Return what `--json` prints of an item."""
+    return {
+        "item": item.name,
+        "status": item.status,
+        "found": item.found,
+        "advice": item.advice,
+        "numbers": dict(item.numbers),
+    }
 
 
 def _show(item: "Item") -> None:

@@ -65,19 +65,20 @@ def compare(
     if slopes_only and (curve_id is not None or sweep_id is not None):
         raise typer.BadParameter("--slopes-only uses neither --curve nor --sweep")
     from rig.cli.output import show_json
-    from rig.cli.progress import Progress
+    from rig.cli.progress import ProgressLine
     from rig.compare.compare import CompareRequest, compare_on_rig
+    from rig.compare.numbers import comparison_as_dict
     from rig.profile.load import load_profile
     from rig.stored import RunChoice, curve_choice
 
     profile = load_profile(profile_name, overrides or ())
     choice = RunChoice(database, calibration, curve_choice(curve_id, slopes_only=slopes_only))
-    with Progress(None) as progress:
+    with ProgressLine(None) as progress:
         comparison = compare_on_rig(
             profile, choice, CompareRequest(frames, sweep_id, out), progress.report
         )
     if as_json:
-        show_json(comparison.as_dict())
+        show_json(comparison_as_dict(comparison))
     else:
         _show(comparison)
 

@@ -12,14 +12,14 @@ def fit(
     as_json: AsJson = False,
 ) -> None:
     """Compute slopes and curve of a sweep again from its stored frames; no hardware is touched."""
-    from rig.cli.progress import Progress
+    from rig.cli.progress import ProgressLine
     from rig.database import open_store
     from rig.report import write_report
     from rig.sweep.measure_again import measure_again
 
     with open_store(database, absent="refused") as store:
         total = len(store.samples(sweep_id))
-        with Progress(total) as progress:
+        with ProgressLine(total) as progress:
             result = measure_again(store, sweep_id, progress.report, calibration)
         write_report(store, result)
     show_result(result, as_json=as_json)

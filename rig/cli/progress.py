@@ -5,7 +5,6 @@ import sys
 import time
 from collections import deque
 from collections.abc import Callable
-from types import TracebackType
 from typing import NamedTuple, Self
 
 from rig.cli.output import tell, tell_raw
@@ -19,7 +18,7 @@ class _Mark(NamedTuple):
     at_s: float
 
 
-class Progress:
+class ProgressLine:
     """Says how far a run is; on a terminal it keeps rewriting one line."""
 
     def __init__(self, total: int | None, clock_s: Callable[[], float] = time.monotonic) -> None:
@@ -33,12 +32,7 @@ class Progress:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._is_terminal and self._width:
             tell_raw("\n")
 

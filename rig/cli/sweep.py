@@ -1,4 +1,4 @@
-"""`rig sweep`: the calibration sweep."""
+"""`rig sweep`: the depth-slope sweep."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -83,14 +83,14 @@ def sweep(
     database: DatabaseUrl = None,
     as_json: AsJson = False,
 ) -> None:
-    """Move the board through known distances and calibrate slope against distance.
+    """Move the board through known distances and measure slope against distance.
 
     Every sample is stored before the next is taken: after Ctrl-C, a crash or a lost device,
     `rig sweep PROFILE --resume` goes on. Distances count from the optical centre of the reference
     camera. Ends with the depth error at distances that the fit has not seen; exit code 3 says
     that it misses the profile's limits.
     """
-    from rig.cli.progress import Progress
+    from rig.cli.progress import ProgressLine
     from rig.database import open_store
     from rig.hardware.opening import open_hardware
     from rig.profile.load import load_profile
@@ -122,7 +122,7 @@ def sweep(
             if resume
             else new_sweep(store, profile, request, calibration)
         )
-        with open_hardware(job.run.profile) as hardware, Progress(job.total) as progress:
+        with open_hardware(job.run.profile) as hardware, ProgressLine(job.total) as progress:
             result = sweep_and_conclude(job, hardware, store, progress.report, tell)
         write_report(store, result)
     show_result(result, as_json=as_json)

@@ -59,7 +59,9 @@ def result_lines(result: "SweepResult") -> list[str]:
     lines += alignment_lines(result.alignment)
     lines += [f"note: {warning}" for warning in result.fit.warnings]
     if result.times is not None:
-        lines.append(result.times.line())
+        from rig.report.times import times_text
+
+        lines.append(times_text(result.times))
     lines.append(f"sweep {result.sweep_id} in {result.database}")
     lines.append(f"report: {result.report}")
     return lines
@@ -69,7 +71,7 @@ def use_as_dict(use: "CalibrationUse") -> dict[str, object]:
     """Return what a calibration meant, as `--json` prints it."""
     return {
         "id": use.id,
-        "stage": None if use.stage is None else {"scale": use.stage[0], "axis_deg": use.stage[1]},
+        "stage": None if use.stage is None else asdict(use.stage),
         "zero_sigma_mm": use.zero_sigma_mm,
         "cameras_against_stage_pct": use.disagreement_pct,
     }
@@ -79,9 +81,9 @@ def use_lines(use: "CalibrationUse") -> list[str]:
     """Say what a calibration meant."""
     where = "distances are positions of the stage as it reads them"
     if use.stage is not None and use.zero_sigma_mm is not None:
-        scale, angle_deg = use.stage
         where = (
-            f"distances by its stage: scale {scale:.5f}, axis {angle_deg:.2f} deg off the "
+            f"distances by its stage: scale {use.stage.scale:.5f}, axis "
+            f"{use.stage.axis_deg:.2f} deg off the "
             f"optical axis, zero known to {2.0 * use.zero_sigma_mm:.3f} mm (k=2)"
         )
     lines = [f"calibration {use.id}: {where}"]

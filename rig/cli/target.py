@@ -145,7 +145,7 @@ def _asked(
     legacy: bool,
 ) -> "Target":
     from rig.targets import CharucoBoard
-    from rig.targets.checkerboard import Board
+    from rig.targets.checkerboard import Checkerboard
 
     columns, cross, rows = size.lower().partition("x")
     if not (cross and columns.isdigit() and rows.isdigit()):
@@ -153,7 +153,7 @@ def _asked(
     marker_mm = 0.75 * square_mm if marker_mm is None else marker_mm
     with _from_options():
         if kind is Kind.CHECKERBOARD:
-            return Board(int(columns), int(rows), square_mm)
+            return Checkerboard(int(columns), int(rows), square_mm)
         return CharucoBoard(
             int(columns), int(rows), square_mm, marker_mm, dictionary, inverted, legacy
         )

@@ -46,7 +46,7 @@ VERBS: dict[str, dict[str, Verb]] = {
     },
     "Calibrate": {
         "calibrate": Verb("calibrate:calibrate", "Find lenses and places of all cameras of a rig."),
-        "sweep": Verb("sweep:sweep", "Move the board, and calibrate slope against distance."),
+        "sweep": Verb("sweep:sweep", "Move the board, and measure slope against distance."),
         "fit": Verb("fit:fit", "Compute a sweep's slopes and curve again from its frames."),
         "import": Verb("import_calibration:import_calibration", "Take another tool's calibration."),
     },
@@ -73,7 +73,7 @@ _WORDS = (
 )
 
 _BEGIN = (
-    ("rig sweep sim", "a whole calibration, without hardware"),
+    ("rig sweep sim", "a whole sweep, without hardware"),
     ("rig capture sim", "depth with the curve of that sweep; Ctrl-C ends it"),
     ("rig devices", "what is plugged in here, for a profile of your own"),
 )

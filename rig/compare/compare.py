@@ -9,6 +9,7 @@ from pathlib import Path
 from rig.compare.comparison import NUMBERS_FILE, PAGE_FILE, Comparison
 from rig.compare.distances import BoardErrors, compare_distances
 from rig.compare.frames import compare_frames
+from rig.compare.numbers import comparison_as_dict
 from rig.database import Store, open_store
 from rig.depth import write_bytes
 from rig.devices import Camera
@@ -148,6 +149,8 @@ def _write(comparison: Comparison) -> None:
     with report_extra("the page of a comparison", "compare again"):
         # Here, because the plot library alone takes half a second to import.
         from rig.compare.page import comparison_html  # noqa: PLC0415
-    numbers = json.dumps(comparison.as_dict(), indent=2, ensure_ascii=False, allow_nan=False)
+    numbers = json.dumps(
+        comparison_as_dict(comparison), indent=2, ensure_ascii=False, allow_nan=False
+    )
     write_bytes(comparison.folder / NUMBERS_FILE, numbers.encode())
     write_bytes(comparison.folder / PAGE_FILE, comparison_html(comparison).encode())

@@ -1,8 +1,7 @@
-"""The whole comparison as a value, and its numbers for people and programs."""
+"""The whole comparison as a value, and every method over all distances."""
 
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -49,37 +48,6 @@ class Comparison:
         """Unit of the maps."""
         return "px per view step" if self.curve_id is None else "mm"
 
-    def as_dict(self) -> dict[str, object]:
-        """Return the numbers as the command line's JSON contract; what is unknown is None."""
-        return {
-            "rig": self.profile.name,
-            "curve": self.curve_id,
-            "sweep": self.sweep_id,
-            "range_px": list(self.profile.slopes.range_px),
-            "frames": {
-                "count": self.frames.count,
-                "size_px": list(self.frames.image.shape[::-1]),
-                "partner": self.frames.partner,
-                "baseline_steps": self.frames.baseline_steps,
-                "disparities_px": list(self.frames.disparities_px),
-                "methods": [_known(asdict(score)) for score in self.frames.scores],
-            },
-            "distances": [
-                {
-                    "distance_mm": board.distance_mm,
-                    "window_px": list(board.window_px),
-                    "methods": [
-                        {"method": name} | _known(asdict(error))
-                        for name, error in board.errors.items()
-                    ],
-                }
-                for board in self.distances
-            ],
-            "summary": [_known(asdict(score)) for score in distance_scores(self.distances)],
-            "out": str(self.folder),
-            "page": str(self.folder / PAGE_FILE),
-        }
-
 
 def distance_scores(boards: Sequence[BoardErrors]) -> tuple[DistanceScore, ...]:
     """Sum up every method over the distances where it has an answer; nothing without any."""
@@ -104,14 +72,6 @@ def distance_scores(boards: Sequence[BoardErrors]) -> tuple[DistanceScore, ...]:
             )
         )
     return tuple(scores)
-
-
-def _known(numbers: Mapping[str, object]) -> dict[str, object]:
-    """Replace NaN, which JSON does not have."""
-    return {
-        name: None if isinstance(value, float) and math.isnan(value) else value
-        for name, value in numbers.items()
-    }
 
 
 def _rms(values: NDArray[np.float64]) -> float:

@@ -51,7 +51,7 @@ class BoardErrors:
 
 
 @dataclass(frozen=True, slots=True)
-class Board:
+class BoardPlane:
     """Where the board is in one multi-view, from the stored line fit."""
 
     inside: NDArray[np.bool_]
@@ -62,7 +62,7 @@ class Board:
     """(u, v) of its centre."""
 
     @classmethod
-    def of(cls, measurement: Measurement, shape: tuple[int, int]) -> "Board | None":
+    def of(cls, measurement: Measurement, shape: tuple[int, int]) -> "BoardPlane | None":
         """Return the board of a measurement, None where it has no plane."""
         outline = measurement.outline_px
         if measurement.plane is None or measurement.centre_px is None or not outline:
@@ -110,25 +110,25 @@ def compare_distances(
         StoreError: an image is missing or damaged.
     """
     optics, slope_range_px = run.optics, run.profile.slopes.range_px
-    found: dict[float, BoardErrors] = {}
+    errors: dict[float, BoardErrors] = {}
     for sample in samples:
-        if sample.stop.distance_mm in found or sample.key not in measurements:
+        if sample.stop.distance_mm in errors or sample.key not in measurements:
             continue
         views = optics.views(load(sample).stack())
-        board = Board.of(measurements[sample.key], views.shape)
+        board = BoardPlane.of(measurements[sample.key], views.shape)
         if board is None:
             continue
         distance_mm = optics.distance_mm(sample.reached_mm)
-        errors = _at_distance(optics, views, board, curve, distance_mm, slope_range_px)
-        found[sample.stop.distance_mm] = errors
-        progress(len(found), f"board at {sample.reached_mm:.1f} mm")
-    return tuple(sorted(found.values(), key=lambda errors: errors.distance_mm))
+        at_distance = _at_distance(optics, views, board, curve, distance_mm, slope_range_px)
+        errors[sample.stop.distance_mm] = at_distance
+        progress(len(errors), f"board at {sample.reached_mm:.1f} mm")
+    return tuple(sorted(errors.values(), key=lambda at_distance: at_distance.distance_mm))
 
 
 def _at_distance(
     optics: Optics,
     views: RectifiedViews,
-    board: Board,
+    board: BoardPlane,
     curve: Curve,
     distance_mm: float,
     slope_range_px: Span,
@@ -136,31 +136,31 @@ def _at_distance(
     window_px = board.window_px(best_pair(views).baseline_steps)
     slopes = {method.name: method.run(views, window_px) for method in (OURS, *BASELINES)}
 
-    def seen(slope_px: Map) -> Map:
+    def on_axis(slope_px: Map) -> Map:
         return curve.without_field(optics.axis_slopes_px(slope_px))
 
     # What the tilt of the board, as the line fit has it, changes of the slope at its centre.
     u, v = board.centre_px
-    tilt_px = seen(board.plane_px) - seen(board.plane_px)[round(v), round(u)]
+    tilt_px = on_axis(board.plane_px) - on_axis(board.plane_px)[round(v), round(u)]
     slopes[WITH_PLANE] = _with_plane(views, board, slope_range_px)
     return BoardErrors(
         distance_mm,
         window_px,
         {
-            name: _board_error(seen(slopes[name]), tilt_px, board, curve, distance_mm)
+            name: _board_error(on_axis(slopes[name]), tilt_px, board, curve, distance_mm)
             for name in NAMES
         },
     )
 
 
-def _with_plane(views: RectifiedViews, board: Board, slope_range_px: Span) -> Map:
+def _with_plane(views: RectifiedViews, board: BoardPlane, slope_range_px: Span) -> Map:
     plane_px = np.where(board.inside, board.plane_px, np.float32(np.nan))
     sigma_px = np.full(views.shape, _PRIOR_SIGMA_PX, np.float32)
     return estimate_slopes(views, slope_range_px, SlopePrior(plane_px, sigma_px)).slope_px
 
 
 def _board_error(
-    slope_px: Map, tilt_px: Map, board: Board, curve: Curve, distance_mm: float
+    slope_px: Map, tilt_px: Map, board: BoardPlane, curve: Curve, distance_mm: float
 ) -> BoardError:
     """Bring the slopes of the board to its centre and turn what they miss into distance.
 

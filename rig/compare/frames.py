@@ -62,22 +62,22 @@ def compare_frames(run: Run, multiviews: Iterable[MultiView]) -> FrameComparison
     Raises:
         SlopeError: there was no multi-view, it holds no stereo pair, or images give no slopes.
     """
-    profile, taken = run.profile, tuple(multiviews)
-    if not taken:
+    profile, series = run.profile, tuple(multiviews)
+    if not series:
         raise SlopeError(
             f"asked {profile.name} for multi-views to compare on, none came whose views lie "
             f"within {1e3 * profile.camera.max_skew_s:.1f} ms",
             advice="check the camera and its sync",
         )
-    frames = [run.optics.views(multiview.stack()) for multiview in taken]
+    frames = [run.optics.views(multiview.stack()) for multiview in series]
     pair = best_pair(frames[0])
     first_px, count = pair.disparities(profile.slopes.range_px)
     slopes, durations_s = _run_all(frames, profile.slopes.range_px)
     scores: list[FrameScore] = []
     for method in METHODS:
-        found, ours = np.stack(slopes[method.name]), np.stack(slopes[OURS.name])
-        answers = [_answer(run, one) for one in found]
-        gap_px = np.abs(found - ours) * pair.baseline_steps
+        slopes_px, ours = np.stack(slopes[method.name]), np.stack(slopes[OURS.name])
+        answers = [_answer(run, one) for one in slopes_px]
+        gap_px = np.abs(slopes_px - ours) * pair.baseline_steps
         gap_px = gap_px[np.isfinite(gap_px)]
         scores.append(
             FrameScore(
@@ -90,12 +90,12 @@ def compare_frames(run: Run, multiviews: Iterable[MultiView]) -> FrameComparison
         )
     shown = {name: each[0] for name, each in slopes.items()}
     return FrameComparison(
-        count=len(taken),
+        count=len(series),
         partner=profile.views[pair.partner].name,
         baseline_steps=pair.baseline_steps,
         disparities_px=(first_px, first_px + count - 1),
         scores=tuple(scores),
-        image=run.optics.pictures(taken[0].stack())[profile.reference],
+        image=run.optics.pictures(series[0].stack())[profile.reference],
         maps={name: _answer(run, one) for name, one in shown.items()},
     )
 

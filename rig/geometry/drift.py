@@ -45,7 +45,7 @@ class Drift:
     """Pixels of the reference camera per mm on the board: turns distances into depth."""
 
 
-def measure_drift(geometry: RigGeometry, points_mm: Float, seen: Sequence[Sighting]) -> Drift:
+def measure_drift(geometry: RigGeometry, points_mm: Float, sightings: Sequence[Sighting]) -> Drift:
     """Compare one picture of the board with a calibration and its covariance.
 
     What no lens and no pose of any single view can explain is the noise of the corners, whatever
@@ -61,7 +61,7 @@ def measure_drift(geometry: RigGeometry, points_mm: Float, seen: Sequence[Sighti
     Args:
         geometry: the calibration, with its covariance.
         points_mm: (P, 3) of the board.
-        seen: one picture; at most one sighting per view.
+        sightings: one picture; at most one sighting per view.
 
     Raises:
         TargetError: fewer than two views see enough of the board.
@@ -69,7 +69,7 @@ def measure_drift(geometry: RigGeometry, points_mm: Float, seen: Sequence[Sighti
     """
     if geometry.covariance is None:
         raise ValueError("a calibration without covariance cannot tell drift from chance")
-    used = [sighting for sighting in seen if len(sighting) >= _FEWEST_POINTS]
+    used = [sighting for sighting in sightings if len(sighting) >= _FEWEST_POINTS]
     if len(used) < 2:
         raise TargetError(
             f"drift asked for, the board is seen in {len(used)} views",
@@ -124,12 +124,12 @@ def _noise(residual: Float, moves: Float) -> tuple[float, int]:
 class _Picture:
     geometry: RigGeometry
     points_mm: Float
-    seen: Sequence[Sighting]
+    sightings: Sequence[Sighting]
 
     def rows(self) -> list[slice]:
         """Rows of each view among the (2 M,) coordinates."""
-        ends = np.cumsum([2 * len(s) for s in self.seen]).tolist()
-        return [slice(e - 2 * len(s), e) for s, e in zip(self.seen, ends, strict=True)]
+        ends = np.cumsum([2 * len(s) for s in self.sightings]).tolist()
+        return [slice(e - 2 * len(s), e) for s, e in zip(self.sightings, ends, strict=True)]
 
     def residual(self, pose: Pose, geometry: RigGeometry | None = None) -> Float:
         """(2 M,) found minus projected."""
@@ -137,7 +137,7 @@ class _Picture:
         return np.concatenate(
             [
                 (s.xy_px - rig.project(s.view, pose.apply(self.points_mm[s.ids]))).ravel()
-                for s in self.seen
+                for s in self.sightings
             ]
         )
 
@@ -169,8 +169,8 @@ class _Picture:
         By the phase where corners are expected: where all have the same, that of the found ones
         would differ by their noise alone, and take it away.
         """
-        columns = np.zeros((2 * sum(map(len, self.seen)), 2 * len(self.seen)))
-        for view, (rows, sighting) in enumerate(zip(self.rows(), self.seen, strict=True)):
+        columns = np.zeros((2 * sum(map(len, self.sightings)), 2 * len(self.sightings)))
+        for view, (rows, sighting) in enumerate(zip(self.rows(), self.sightings, strict=True)):
             for axis in range(2):
                 expected_px = sighting.xy_px[:, axis] - residual[rows][axis::2]
                 columns[rows, 2 * view + axis][axis::2] = np.sin(2.0 * np.pi * expected_px)
@@ -189,12 +189,12 @@ class _Picture:
         return np.stack(columns, axis=1)
 
     def _start(self) -> Pose:
-        first = self.seen[0]
+        first = self.sightings[0]
         ideal = self.geometry.cameras[first.view].unproject(first.xy_px)
-        found, turn, shift = cv2.solvePnP(
+        has_pose, turn, shift = cv2.solvePnP(
             self.points_mm[first.ids], ideal, np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE
         )
-        if not found:
+        if not has_pose:
             raise TargetError(
                 "no pose of the board fits its first view",
                 advice="hold the board still and nearer",

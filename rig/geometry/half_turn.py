@@ -53,9 +53,9 @@ def agree_on_turns(
         ]
         count, view, other = max(shared, default=(0, -waiting[0], 0))
         view, other = -view, -other
-        found = _turns_between(turned, flipped, view, other, names) if count else {}
+        turns = _turns_between(turned, flipped, view, other, names) if count else {}
         for picture in (p for p, v in turned if v == view):
-            flipped[picture, view] = found.get(picture, False)
+            flipped[picture, view] = turns.get(picture, False)
         waiting.remove(view)
         settled.append(view)
     last = len(points_mm) - 1

@@ -271,8 +271,8 @@ def _principal_points(
     for view, camera in enumerate(geometry.cameras):
         middle_px = np.array([(camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0])
         ray = np.array([*camera.unproject(middle_px[None])[0], 1.0])
-        seen = common_from_reference @ geometry.cam_from_reference[view].rotation.T @ ray
-        wanted.append(middle_px - focal_px * seen[:2] / seen[2])
+        direction = common_from_reference @ geometry.cam_from_reference[view].rotation.T @ ray
+        wanted.append(middle_px - focal_px * direction[:2] / direction[2])
         rows.append(np.column_stack([np.eye(2), places_mm[view, :2]]))
     solved, *_ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(wanted), rcond=None)
     fitted = np.asarray(solved, np.float64)

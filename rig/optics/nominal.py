@@ -7,6 +7,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar import RectifiedViews, SlopeMap
 from rig.epipolar.board.lines import BoardViews
 from rig.epipolar.noise.model import NoiseModel
@@ -14,8 +15,6 @@ from rig.epipolar.views import Image
 from rig.frames import GreyImage
 from rig.geometry.pinhole import Pinhole
 from rig.profile import Profile
-
-Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -2,7 +2,7 @@
 
 from rig.profile import CharucoConfig, TargetConfig
 from rig.targets import CharucoBoard, Target
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 
 
 def target_of(config: TargetConfig) -> Target:
@@ -21,4 +21,4 @@ def target_of(config: TargetConfig) -> Target:
             inverted=config.inverted,
             legacy_pattern=config.legacy_pattern,
         )
-    return Board(config.columns, config.rows, config.square_mm)
+    return Checkerboard(config.columns, config.rows, config.square_mm)

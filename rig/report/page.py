@@ -19,6 +19,7 @@ from rig.report.evidence import Evidence, gather
 from rig.report.picture_plots import corner_figure, failure_figure
 from rig.report.scatter import EstimatorGap, direction_pairs, estimator_gaps, repeatability
 from rig.report.stop_plots import estimator_figure, repeat_figure, temperature_figure
+from rig.report.times import times_text
 from rig.sweep.conclude import SweepResult
 from rig.sweep.request import sweep_setup
 
@@ -45,6 +46,7 @@ def _render(evidence: Evidence) -> str:
         profile=evidence.profile,
         config=sweep_setup(evidence.profile).config,
         result=result,
+        times=None if result.times is None else times_text(result.times),
         headline=str(result.headline).replace("+-", "±"),
         fit=fit,
         curve=curve,

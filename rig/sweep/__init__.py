@@ -1,1 +1,1 @@
-"""The calibration sweep: plan, take, measure, conclude."""
+"""The depth-slope sweep: plan, take, measure, conclude."""

@@ -103,10 +103,10 @@ def _stage(stops: Sequence[StopResult], optics: Optics, focal_px: float | None) 
     across_mm = distance_mm[:, None] * np.array([ray for _, ray in rays])
     # Centres are equally sure in the picture, so far ones are less so in mm.
     design = np.stack([np.ones_like(distance_mm), distance_mm], axis=1) / distance_mm[:, None]
-    found, *_ = np.linalg.lstsq(design, across_mm / distance_mm[:, None])
-    left = across_mm / distance_mm[:, None] - design @ found
+    line, *_ = np.linalg.lstsq(design, across_mm / distance_mm[:, None])
+    left = across_mm / distance_mm[:, None] - design @ line
     scatter = (left**2).sum(axis=0) / max(len(left) - 2, 1)
     variance = scatter * np.linalg.inv(design.T @ design)[1, 1]
     sigma = np.degrees(np.sqrt(variance + optics.axis_variance_rad2))
-    right, down = np.degrees(np.arctan(found[1])).tolist()
+    right, down = np.degrees(np.arctan(line[1])).tolist()
     return Angles(right, down, (float(sigma[0]), float(sigma[1])))

@@ -11,13 +11,22 @@ from rig.sweep.points import StopResult
 
 
 @dataclass(frozen=True, slots=True)
+class StageUse:
+    """The stage as a calibration knows it."""
+
+    scale: float
+    """True mm per mm."""
+    axis_deg: float
+    """Angle of its axis to the optical axis."""
+
+
+@dataclass(frozen=True, slots=True)
 class CalibrationUse:
     """A calibration beside the distances of a sweep."""
 
     id: int | None
-    stage: tuple[float, float] | None
-    """Scale of the stage (true mm per mm) and angle of its axis to the optical axis, degrees; None
-    where the calibration knows no stage and positions are taken as distances."""
+    stage: StageUse | None
+    """None where the calibration knows no stage and positions are taken as distances."""
     zero_sigma_mm: float | None
     """1 sigma of where depth zero is, for positions of the stage."""
     disagreement_pct: float | None
@@ -40,7 +49,7 @@ def calibration_use(stops: Sequence[StopResult], optics: Optics) -> CalibrationU
         id=optics.calibration_id,
         stage=None
         if stage is None
-        else (stage.scale, float(np.degrees(np.arccos(min(1.0, float(stage.axis[2])))))),
+        else StageUse(stage.scale, float(np.degrees(np.arccos(min(1.0, float(stage.axis[2])))))),
         zero_sigma_mm=None if stage is None else float(np.sqrt(stage.covariance[3, 3])),
         disagreement_pct=100.0 * float(np.sqrt(np.mean(misses**2))) if points else None,
     )

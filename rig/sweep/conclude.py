@@ -173,11 +173,11 @@ def _failures(gates: tuple[Gate, ...], stops: tuple[StopResult, ...]) -> tuple[s
 
 def _epipolar(stops: tuple[StopResult, ...]) -> dict[str, float] | None:
     """Mean of all stops, their largest 95th percentile, and the largest of all."""
-    found = [stop.epipolar for stop in stops if stop.epipolar is not None]
-    if not found:
+    errors = [stop.epipolar for stop in stops if stop.epipolar is not None]
+    if not errors:
         return None
     return {
-        "mean": sum(error.mean_px for error in found) / len(found),
-        "p95": max(error.p95_px for error in found),
-        "max": max(error.max_px for error in found),
+        "mean": sum(error.mean_px for error in errors) / len(errors),
+        "p95": max(error.p95_px for error in errors),
+        "max": max(error.max_px for error in errors),
     }

@@ -13,7 +13,7 @@ class Gate:
     """One limit of the profile and what the sweep reached."""
 
     name: str
-    found: float | None
+    value: float | None
     """None where it is unknown."""
     allowed: float
     unit: str
@@ -21,13 +21,13 @@ class Gate:
     @property
     def passed(self) -> bool:
         """Whether the sweep keeps the limit; what is unknown does not."""
-        return self.found is not None and self.found <= self.allowed
+        return self.value is not None and self.value <= self.allowed
 
     def __str__(self) -> str:
         allowed = f"allowed {self.allowed:.4g} {self.unit}"
-        if self.found is None:
+        if self.value is None:
             return f"{self.name} is unknown; {allowed}"
-        return f"{self.name} is {self.found:.4g} {self.unit}, {allowed}"
+        return f"{self.name} is {self.value:.4g} {self.unit}, {allowed}"
 
 
 def quality_gates(

@@ -1,7 +1,6 @@
 """From the images of one sample to its slopes: a pure function, so that `rig fit` can repeat it."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rig.arrays import Float
 from rig.epipolar import RectifiedViews
@@ -15,8 +14,7 @@ from rig.optics.optics import Optics
 from rig.optics.target import target_of
 from rig.profile import Profile
 from rig.sweep.request import sweep_setup
-from rig.targets import Target, full_corners
-from rig.targets.corners import Corners
+from rig.targets import corners_or_reason
 
 
 def measure_sample(profile: Profile, optics: Optics, images: GreyImage) -> Measurement:
@@ -36,7 +34,7 @@ def measure_sample(profile: Profile, optics: Optics, images: GreyImage) -> Measu
     """
     board = target_of(sweep_setup(profile).target)
     try:
-        corners = [_corners_or_reason(image, board) for image in images]
+        corners = [corners_or_reason(image, board) for image in images]
         slope = fit_board_slope(optics.board_views(images), corners)
     except TargetError as error:
         return Measurement(failure=Failure(error.reason, str(error)))
@@ -71,15 +69,6 @@ def _points(xy_px: Float) -> tuple[Point, ...]:
 def _three(numbers: Float) -> tuple[float, float, float]:
     a, b, c = numbers.tolist()
     return a, b, c
-
-
-def _corners_or_reason(
-    image: NDArray[np.uint8] | NDArray[np.uint16], board: Target
-) -> Corners | TargetError:
-    try:
-        return full_corners(image, board)
-    except TargetError as error:
-        return error
 
 
 def _dense_slope(

@@ -26,8 +26,8 @@ def measure_left_over(job: SweepJob, sweep_id: int, store: "Store") -> None:
     for sample in store.samples(sweep_id):
         if sample.key not in measured:
             images = store.load(sample).stack()
-            found = measure_sample(job.run.profile, job.run.optics, images)
-            store.save_measurements(sweep_id, {sample.key: found})
+            measurement = measure_sample(job.run.profile, job.run.optics, images)
+            store.save_measurements(sweep_id, {sample.key: measurement})
 
 
 def measure_old_distance_again(

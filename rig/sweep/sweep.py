@@ -83,7 +83,7 @@ def _take_all(
     count = len(stored)
     begun_s = hardware.clock.now_s()
     with MeasuringThread(job.run) as measuring:
-        for taken in run_sweep(
+        for new in run_sweep(
             job.stops,
             stage=hardware.stage,
             camera=hardware.camera,
@@ -94,19 +94,19 @@ def _take_all(
             grab_timeout_s=job.run.profile.camera.timeout_s,
             times=times,
             done={stop: frozenset(numbers) for stop, numbers in done.items()},
-            held=interrupts.held,
+            deferred=interrupts.deferred,
         ):
             sample = store.add_sample(
                 sweep_id,
-                stop=taken.stop.index,
-                number=taken.sample,
-                reached_mm=taken.reached_mm,
-                multiview=taken.multiview,
+                stop=new.stop.index,
+                number=new.sample,
+                reached_mm=new.reached_mm,
+                multiview=new.multiview,
             )
-            measuring.submit(sample.key, taken.multiview.stack())
+            measuring.submit(sample.key, new.multiview.stack())
             store.save_measurements(sweep_id, measuring.finished())
             count += 1
-            where = f"{taken.reached_mm:.1f} mm {taken.stop.direction}, sample {taken.sample + 1}"
+            where = f"{new.reached_mm:.1f} mm {new.stop.direction}, sample {new.sample + 1}"
             progress(count, where)
         for key, measurement in measuring.remaining():
             store.save_measurements(sweep_id, {key: measurement})

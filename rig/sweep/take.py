@@ -1,4 +1,4 @@
-"""The calibration sweep: move, settle, grab; again and again."""
+"""The depth-slope sweep: move, settle, grab; again and again."""
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -11,7 +11,7 @@ from rig.plan import Stop
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
+class NewSample:
     """One multi-view taken at one stop."""
 
     stop: Stop
@@ -39,19 +39,6 @@ class SweepTimes:
         """What the bench itself needed; all else is overhead."""
         return self.moves_s + self.settling_s + self.exposures_s
 
-    def line(self) -> str:
-        """Return the times in words."""
-        parts = (
-            f"moves {self.moves_s:.1f} s + settling {self.settling_s:.1f} s + exposures "
-            f"{self.exposures_s:.1f} s = {self.needed_s:.1f} s"
-        )
-        if self.is_simulated:
-            return f"{parts} of simulated time"
-        if self.total_s is None or self.needed_s <= 0.0:
-            return parts
-        times = self.total_s / self.needed_s
-        return f"{parts}; the sweep took {self.total_s:.1f} s ({times:.2f} times)"
-
 
 def run_sweep(
     stops: Sequence[Stop],
@@ -65,8 +52,8 @@ def run_sweep(
     grab_timeout_s: float,
     times: SweepTimes,
     done: Mapping[int, frozenset[int]] | None = None,
-    held: Callable[[], AbstractContextManager[None]] = nullcontext,
-) -> Generator[Taken]:
+    deferred: Callable[[], AbstractContextManager[None]] = nullcontext,
+) -> Generator[NewSample]:
     """Yield every sample as soon as it is taken.
 
     A generator on purpose: the consumer stores each sample before the next is taken, so a failure
@@ -84,7 +71,7 @@ def run_sweep(
         grab_timeout_s: longest wait for one multi-view.
         times: filled while the sweep runs.
         done: by stop index, the samples that exist already (of an interrupted sweep).
-        held: what keeps interrupts waiting while a sample is taken and stored.
+        deferred: what keeps interrupts waiting while a sample is taken and stored.
 
     Raises:
         DeviceError: stage or camera failed, or the camera gave a frame from before it was asked.
@@ -102,12 +89,12 @@ def run_sweep(
         times.moves_s += moved_s - begun_s
         times.settling_s += settled_s - moved_s
         for sample in missing:
-            with held():
+            with deferred():
                 before_s = clock.now_s()
                 multiview = camera.grab(grab_timeout_s)
                 times.exposures_s += clock.now_s() - before_s
                 _require_fresh(multiview, before_s)
-                yield Taken(stop, sample, reached_mm, multiview)
+                yield NewSample(stop, sample, reached_mm, multiview)
 
 
 def _require_fresh(multiview: MultiView, called_s: float) -> None:

@@ -2,6 +2,20 @@
 
 from rig.targets.charuco.board import CharucoBoard
 from rig.targets.detection import Detection
-from rig.targets.find import Target, find_target, full_corners
+from rig.targets.find import (
+    CornersOrReason,
+    Target,
+    corners_or_reason,
+    find_target,
+    full_corners,
+)
 
-__all__ = ["CharucoBoard", "Detection", "Target", "find_target", "full_corners"]
+__all__ = [
+    "CharucoBoard",
+    "CornersOrReason",
+    "Detection",
+    "Target",
+    "corners_or_reason",
+    "find_target",
+    "full_corners",
+]

@@ -9,7 +9,7 @@ from rig.errors import ConfigError
 
 
 @dataclass(frozen=True, slots=True)
-class Board:
+class Checkerboard:
     """A checkerboard, counted by its inner corners.
 
     A board of `columns x rows` inner corners has one square more each way. With one number odd

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from rig.errors import TargetError
 from rig.geometry.homography import fit_homography, grid_places, map_points
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from rig.targets.lattice import Lattice
 from rig.targets.pyramid import Image
 
@@ -26,7 +26,7 @@ _BURNT = 0.2
 """Share of saturated pixels above which exposure is to blame."""
 
 
-def why_not(image: Image, board: Board, seen: list[Lattice]) -> TargetError:
+def why_not(image: Image, board: Checkerboard, seen: list[Lattice]) -> TargetError:
     """Return the error that says what was asked, what was found and what to do.
 
     Args:
@@ -77,7 +77,7 @@ def _size(lattice: Lattice, asked: str) -> TargetError | None:
 
 
 def _count(
-    lattice: Lattice, board: Board, shape: tuple[int, ...], asked: str
+    lattice: Lattice, board: Checkerboard, shape: tuple[int, ...], asked: str
 ) -> TargetError | None:
     """More or fewer corners than asked for: another board, or a part of this one."""
     wanted, found = sorted((board.rows, board.columns)), sorted(lattice.shape)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rig.arrays import Float
 from rig.errors import TargetError
 from rig.geometry.homography import fit_homography, grid_places, map_points
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from rig.targets.checkerboard_diagnosis import MAX_BLUR_RATIO, MIN_SIDE_PX, why_not
 from rig.targets.corner_fit import CrossingFit, fit_crossings
 from rig.targets.lattice import Lattice, cut_to_size, grow_lattices
@@ -36,7 +36,7 @@ _MAX_BEND = 0.3
 class Corners:
     """The inner corners of one board in one picture."""
 
-    board: Board
+    board: Checkerboard
     xy_px: Float
     """(rows, columns, 2), px; corner (0, 0) touches the black corner square of the board."""
     sigma_px: Float
@@ -52,13 +52,13 @@ class Corners:
         return Lattice(self.xy_px, self.xy_px).side_px
 
 
-def find_corners(image: Image, board: Board) -> Corners:
+def find_corners(image: Image, board: Checkerboard) -> Corners:
     """Find all inner corners of a board to sub-pixel precision.
 
-    The order is the same in every view: rows and columns run right-handed as on `Board.points_mm`,
-    and the square outside corner (0, 0) is black. Where the colours leave a choice (rows and
-    columns both even or both odd), corner (0, 0) is the one nearest the top left of the image; a
-    board turned past that point changes its order.
+    The order is the same in every view: rows and columns run right-handed as on
+    `Checkerboard.points_mm`, and the square outside corner (0, 0) is black. Where the colours leave
+    a choice (rows and columns both even or both odd), corner (0, 0) is the one nearest the top left
+    of the image; a board turned past that point changes its order.
 
     Args:
         image: (H, W) grey; float32 in 8-bit grey levels.
@@ -107,7 +107,7 @@ def _lattices(picture: NDArray[np.float32]) -> list[Lattice]:
 
 
 def _fit(
-    pictures: list[NDArray[np.float32]], level: int, lattice: Lattice, board: Board
+    pictures: list[NDArray[np.float32]], level: int, lattice: Lattice, board: Checkerboard
 ) -> Corners | None:
     """Corners in the picture that suits their blur; None if it is not that board."""
     turned = _oriented(lattice, board)
@@ -142,7 +142,7 @@ def _suiting(blur_px: float, level: int, levels: int) -> int:
     return min(level + 1, levels - 1) if blur_px > _BLURRED_PX else level
 
 
-def _oriented(lattice: Lattice, board: Board) -> Lattice | None:
+def _oriented(lattice: Lattice, board: Checkerboard) -> Lattice | None:
     """Turned to the board's order; None if the counts differ."""
     choices: list[tuple[float, Lattice]] = []
     for turned in _turns(lattice):
@@ -188,7 +188,7 @@ def _crossings(picture: NDArray[np.float32], start: Float) -> CrossingFit:
     return fit_crossings(picture, start.reshape(-1, 2), axes.reshape(-1, 2, 2), clear_px.ravel())
 
 
-def _is_board(fit: CrossingFit, board: Board) -> bool:
+def _is_board(fit: CrossingFit, board: Checkerboard) -> bool:
     """All corners there, colours in turn, rows and columns smooth."""
     if not np.isfinite(fit.xy_px).all():
         return False

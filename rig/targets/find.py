@@ -8,13 +8,15 @@ from numpy.typing import NDArray
 from rig.errors import TargetError
 from rig.targets.charuco.board import CharucoBoard
 from rig.targets.charuco.find import find_charuco
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from rig.targets.corners import Corners, find_corners
 from rig.targets.detection import Detection
 from rig.targets.outliers import inliers
 from rig.targets.pyramid import Image
 
-Target: TypeAlias = Board | CharucoBoard
+Target: TypeAlias = Checkerboard | CharucoBoard
+CornersOrReason: TypeAlias = Corners | TargetError
+"""The board in one picture, or why it is not there."""
 
 
 def find_target(image: Image, target: Target) -> Detection:
@@ -69,6 +71,14 @@ def full_corners(image: Image, target: Target) -> Corners:
         detection.blur_px,
         detection.contrast,
     )
+
+
+def corners_or_reason(image: Image, target: Target) -> CornersOrReason:
+    """Find all inner corners of a target, or return the reason why there are none."""
+    try:
+        return full_corners(image, target)
+    except TargetError as error:
+        return error
 
 
 def _check_picture(image: Image, target: Target) -> None:

@@ -10,11 +10,11 @@ from rig.testing.cases import CameraCase
 
 def test_a_grab_has_every_view_in_the_promised_order(camera_case: CameraCase) -> None:
     with camera_case.camera as camera:
-        multi_view = camera.grab(camera_case.patience_s)
-        assert tuple(frame.view for frame in multi_view.frames) == camera.views
+        multiview = camera.grab(camera_case.patience_s)
+        assert tuple(frame.view for frame in multiview.frames) == camera.views
         assert len(set(camera.views)) == len(camera.views) >= 2
-        assert len({frame.image.shape for frame in multi_view.frames}) == 1
-        assert all(frame.image.ndim == 2 for frame in multi_view.frames)
+        assert len({frame.image.shape for frame in multiview.frames}) == 1
+        assert all(frame.image.ndim == 2 for frame in multiview.frames)
 
 
 def test_pixels_are_read_only(camera_case: CameraCase) -> None:
@@ -38,9 +38,9 @@ def test_a_frame_is_not_older_than_the_grab_that_asked_for_it(camera_case: Camer
         for _ in range(3):
             camera_case.clock.sleep_s(0.001)
             called_s = camera_case.clock.now_s()
-            multi_view = camera.grab(camera_case.patience_s)
-            assert all(frame.timestamp_s >= called_s for frame in multi_view.frames)
-            assert camera_case.clock.now_s() >= multi_view.timestamp_s
+            multiview = camera.grab(camera_case.patience_s)
+            assert all(frame.timestamp_s >= called_s for frame in multiview.frames)
+            assert camera_case.clock.now_s() >= multiview.timestamp_s
 
 
 def test_views_of_one_grab_belong_to_one_instant(camera_case: CameraCase) -> None:
@@ -69,11 +69,11 @@ def test_it_can_be_opened_again(camera_case: CameraCase) -> None:
         assert frame.sequence <= before.sequence + (0 if camera_case.stored is not None else 50)
 
 
-def test_a_stream_yields_multi_views_one_after_the_other(camera_case: CameraCase) -> None:
+def test_a_stream_yields_multiviews_one_after_the_other(camera_case: CameraCase) -> None:
     with camera_case.camera as camera:
         taken = list(itertools.islice(camera.stream(), 4))
         assert len(taken) == 4
-        times_s = [multi_view.timestamp_s for multi_view in taken]
+        times_s = [multiview.timestamp_s for multiview in taken]
         assert times_s == sorted(set(times_s))
         for before, after in itertools.pairwise(taken):
             for earlier, later in zip(before.frames, after.frames, strict=True):

@@ -112,19 +112,19 @@ class FaultyCamera:
     def grab(self, timeout_s: float) -> MultiView:
         """See `Camera.grab`."""
         called_s = self._clock.now_s()
-        multi_view = self._camera.grab(timeout_s)
+        multiview = self._camera.grab(timeout_s)
         self._taken += 1
         if self._taken <= self._fault.after:
-            self._last = multi_view
-            return multi_view
+            self._last = multiview
+            return multiview
         match self._fault:
             case LostViews(names):
                 self._clock.sleep_s(called_s + timeout_s - self._clock.now_s())
                 raise CaptureTimeoutError(_NAME, missing=names, timeout_s=timeout_s)
             case LateViews(names, late_s):
-                return self._in_step(_delayed(multi_view, names, late_s))
+                return self._in_step(_delayed(multiview, names, late_s))
             case StuckCamera():
-                return multi_view if self._last is None else self._last
+                return multiview if self._last is None else self._last
             case UnpluggedCamera():
                 raise DeviceLostError(
                     _NAME, "stopped answering", advice="check cable and power, open again"
@@ -144,17 +144,17 @@ class FaultyCamera:
                         _NAME, missing=self.views, timeout_s=self._timeout_s
                     ) from None
 
-    def _in_step(self, multi_view: MultiView) -> MultiView:
-        if multi_view.skew_s > self._max_skew_s:
-            raise ViewSkewError(_NAME, skew_s=multi_view.skew_s, allowed_s=self._max_skew_s)
-        return multi_view
+    def _in_step(self, multiview: MultiView) -> MultiView:
+        if multiview.skew_s > self._max_skew_s:
+            raise ViewSkewError(_NAME, skew_s=multiview.skew_s, allowed_s=self._max_skew_s)
+        return multiview
 
 
-def _delayed(multi_view: MultiView, names: tuple[str, ...], late_s: float) -> MultiView:
+def _delayed(multiview: MultiView, names: tuple[str, ...], late_s: float) -> MultiView:
     return replace(
-        multi_view,
+        multiview,
         frames=tuple(
             replace(frame, timestamp_s=frame.timestamp_s + late_s) if frame.view in names else frame
-            for frame in multi_view.frames
+            for frame in multiview.frames
         ),
     )

@@ -20,9 +20,9 @@ from rig_sim.firmware.grbl import GrblFirmware
 from rig_sim.wire import plug
 from rig_sim.world import World
 
+from rig.check.check import QUESTIONS, check_rig
 from rig.check.items import Item
 from rig.check.request import check_request
-from rig.check.run import QUESTIONS, check_rig
 from rig.curve import Curve, fit_curve
 from rig.devices import Stage
 from rig.errors import RigError, StoreError

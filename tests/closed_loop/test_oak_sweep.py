@@ -1,4 +1,4 @@
-"""The calibration sweep over OAK cameras: their own pipeline and driver, simulated sensors."""
+"""The depth-slope sweep over OAK cameras: their own pipeline and driver, simulated sensors."""
 
 from importlib.util import find_spec
 from pathlib import Path

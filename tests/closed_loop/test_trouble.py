@@ -193,7 +193,7 @@ def test_a_stage_that_never_answers_is_told(profile: Profile):
     assert "no" in str(caught.value)
 
 
-def test_skewed_multi_views_are_dropped_and_counted(profile: Profile):
+def test_skewed_multiviews_are_dropped_and_counted(profile: Profile):
     fault = LateViews(("top",), late_s=0.02, after=1)
     with bench(profile, camera_fault=fault) as (hardware, _), pytest.raises(RigError):
         request = CaptureRequest(frames=3, duration_s=None, folder=None)

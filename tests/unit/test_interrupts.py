@@ -21,17 +21,17 @@ def test_outside_a_sample_it_comes_at_once(number: int):
 def test_inside_a_sample_it_waits_for_the_end():
     steps: list[str] = []
     with Interrupts() as interrupts:
-        with pytest.raises(KeyboardInterrupt), interrupts.held():
+        with pytest.raises(KeyboardInterrupt), interrupts.deferred():
             press_ctrl_c()
             steps.append("sample finished")
-        with interrupts.held():
+        with interrupts.deferred():
             steps.append("not raised twice")
     assert steps == ["sample finished", "not raised twice"]
 
 
 def test_a_second_one_does_not_wait():
     steps: list[str] = []
-    with Interrupts() as interrupts, pytest.raises(KeyboardInterrupt), interrupts.held():
+    with Interrupts() as interrupts, pytest.raises(KeyboardInterrupt), interrupts.deferred():
         press_ctrl_c()
         press_ctrl_c()
         steps.append("never reached")

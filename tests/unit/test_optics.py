@@ -15,7 +15,7 @@ from rig.geometry.rig_geometry_json import geometry_to_json
 from rig.optics.calibrated import CalibratedOptics, calibrated_optics
 from rig.optics.calibrated_views import CalibratedViews
 from rig.optics.nominal import nominal_optics
-from rig.profile import NoiseConfig, Profile
+from rig.profile import CameraConfig, NoiseConfig, Profile
 from rig.records import StoredCalibration, StoredCurve
 from rig.stored import Run, optics_of, require_matching
 from tests.support.cameras import SMALL, SmallRig
@@ -43,6 +43,13 @@ def stored(profile: Profile = REAL.profile, **changes: object) -> StoredCalibrat
         active=True,
     )
     return replace(calibration, **changes)
+
+
+def test_a_camera_of_any_kind_has_nominal_optics() -> None:
+    """What other people's kinds do not say is None, and no error."""
+    profile = REAL.profile.model_copy(update={"camera": CameraConfig(kind="of-others")})
+    assert nominal_optics(profile).size_px is None
+    assert nominal_optics(REAL.profile).size_px == (160, 100)
 
 
 def test_without_a_calibration_everything_is_as_it_comes() -> None:

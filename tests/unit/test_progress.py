@@ -2,7 +2,7 @@
 
 import pytest
 
-from rig.cli.progress import Progress
+from rig.cli.progress import ProgressLine
 
 
 class Hands:
@@ -16,7 +16,7 @@ class Hands:
 
 def told(capsys: pytest.CaptureFixture[str], at_s: list[float], total: int | None) -> list[str]:
     clock = Hands()
-    with Progress(total, clock) as progress:
+    with ProgressLine(total, clock) as progress:
         for done, clock.at_s in enumerate(at_s, start=1):
             progress.report(done, "sample")
     return capsys.readouterr().err.splitlines()

@@ -49,8 +49,8 @@ def taken(number: int, *, bits: int = 10) -> MultiView:
 def written(path: Path, count: int = 5, *, bits: int = 10) -> list[MultiView]:
     content = [taken(number, bits=bits) for number in range(count)]
     with RecordingWriter(path, VIEWS, {"kind": "any", "serial": "7"}) as recording:
-        for multi_view in content:
-            recording.write(multi_view)
+        for multiview in content:
+            recording.write(multiview)
     return content
 
 
@@ -98,7 +98,7 @@ def test_a_file_is_never_overwritten(tmp_path: Path):
         RecordingWriter(tmp_path / "no" / "r.mcap", VIEWS, {})
 
 
-def test_a_file_that_was_cut_off_ends_with_a_whole_multi_view(tmp_path: Path):
+def test_a_file_that_was_cut_off_ends_with_a_whole_multiview(tmp_path: Path):
     big = np.random.default_rng(1).integers(0, 256, (600, 800)).astype(np.uint8)
     path = tmp_path / "r.mcap"
     with RecordingWriter(path, VIEWS, {}) as recording:

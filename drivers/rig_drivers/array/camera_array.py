@@ -31,7 +31,7 @@ class _Grab:
 
     called_s: float
     pairing: Pairing[MultiView]
-    multi_view: MultiView | None = None
+    multiview: MultiView | None = None
 
 
 class CameraArray:
@@ -161,13 +161,13 @@ class CameraArray:
         with self._news:
             self._grab = _Grab(called_s, self._new_pairing(is_static=True))
             try:
-                while self._grab.multi_view is None:
+                while self._grab.multiview is None:
                     self._require_running()
                     left_s = called_s + timeout_s - time.monotonic()
                     if left_s <= 0.0:
                         raise self._nothing_since(called_s, timeout_s, self._grab.pairing)
                     self._news.wait(left_s)
-                return self._grab.multi_view
+                return self._grab.multiview
             finally:
                 self._grab = None
 
@@ -180,10 +180,10 @@ class CameraArray:
             self._is_streaming = True
         try:
             while True:
-                multi_view = self._next(called_s)
-                if multi_view is None:
+                multiview = self._next(called_s)
+                if multiview is None:
                     return
-                yield multi_view
+                yield multiview
         finally:
             with self._news:
                 self._is_streaming = False
@@ -195,9 +195,9 @@ class CameraArray:
             while True:
                 self._require_running()
                 while self._ready:
-                    multi_view = self._ready.popleft()
-                    if multi_view.timestamp_s >= called_s:
-                        return multi_view
+                    multiview = self._ready.popleft()
+                    if multiview.timestamp_s >= called_s:
+                        return multiview
                 if self._ended:
                     return None
                 left_s = asked_s + self._timeout_s - time.monotonic()
@@ -215,12 +215,12 @@ class CameraArray:
             self._failure = self._failure or error
             self._news.notify_all()
 
-    def _pair(self, index: int, multi_view: MultiView) -> None:
+    def _pair(self, index: int, multiview: MultiView) -> None:
         with self._news:
-            self._newest_s[index] = _began_s(multi_view)
+            self._newest_s[index] = _began_s(multiview)
             if self._grab is not None and self._newest_s[index] >= self._grab.called_s:
-                self._answer(self._grab, index, multi_view)
-            outcome = self._pairing.push(index, multi_view.timestamp_s, multi_view)
+                self._answer(self._grab, index, multiview)
+            outcome = self._pairing.push(index, multiview.timestamp_s, multiview)
             for group in outcome.groups:
                 if len(self._ready) == _READY:
                     self._ready.popleft()
@@ -229,10 +229,10 @@ class CameraArray:
             if outcome.groups:
                 self._news.notify_all()
 
-    def _answer(self, grab: "_Grab", index: int, multi_view: MultiView) -> None:
-        outcome = grab.pairing.push(index, multi_view.timestamp_s, multi_view)
-        if outcome.groups and grab.multi_view is None:
-            grab.multi_view = self._composed(outcome.groups[0])
+    def _answer(self, grab: "_Grab", index: int, multiview: MultiView) -> None:
+        outcome = grab.pairing.push(index, multiview.timestamp_s, multiview)
+        if outcome.groups and grab.multiview is None:
+            grab.multiview = self._composed(outcome.groups[0])
             self._news.notify_all()
 
     def _composed(self, group: Sequence[MultiView]) -> MultiView:
@@ -283,5 +283,5 @@ class CameraArray:
         )
 
 
-def _began_s(multi_view: MultiView) -> float:
-    return min(frame.began_s for frame in multi_view.frames)
+def _began_s(multiview: MultiView) -> float:
+    return min(frame.began_s for frame in multiview.frames)

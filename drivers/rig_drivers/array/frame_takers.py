@@ -56,8 +56,8 @@ class FrameTakers:
         try:
             while not self._stopping.is_set():
                 with suppress(CaptureTimeoutError):  # whoever waits sees that nothing comes
-                    for multi_view in self._cameras[index].stream():
-                        self._take(index, multi_view)
+                    for multiview in self._cameras[index].stream():
+                        self._take(index, multiview)
                         if self._stopping.is_set():
                             return
                     self._ended()

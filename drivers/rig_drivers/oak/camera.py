@@ -86,13 +86,13 @@ class OakCamera:
         """See `Camera.grab`."""
         called_s = self._clock.now_s()
         group = self._next_group(begun_s=called_s, since_s=called_s, timeout_s=timeout_s)
-        multi_view = self._multi_view(group)
-        if multi_view.skew_s > self._config.max_skew_s:
+        multiview = self._multiview(group)
+        if multiview.skew_s > self._config.max_skew_s:
             raise ViewSkewError(
-                self._name, skew_s=multi_view.skew_s, allowed_s=self._config.max_skew_s
+                self._name, skew_s=multiview.skew_s, allowed_s=self._config.max_skew_s
             )
         self._next_number += 1
-        return multi_view
+        return multiview
 
     def stream(self) -> Iterator[MultiView]:
         """See `Camera.stream`; a lost device is looked for `camera.reconnects` times."""
@@ -117,12 +117,12 @@ class OakCamera:
                 )
                 self._count_lost(before, group)
                 before = group
-                multi_view = self._multi_view(group)
+                multiview = self._multiview(group)
                 self._next_number += 1
-                if multi_view.skew_s <= self._config.max_skew_s:
+                if multiview.skew_s <= self._config.max_skew_s:
                     break
                 self._dropped["skew"] += 1
-            yield multi_view
+            yield multiview
 
     def _next_group(self, *, begun_s: float, since_s: float, timeout_s: float) -> Group:
         """Wait for frames of all views that belong together.
@@ -144,7 +144,7 @@ class OakCamera:
             raise ViewSkewError(self._name, skew_s=phase_s, allowed_s=self._config.max_skew_s)
         raise CaptureTimeoutError(self._name, missing=silent or self._views, timeout_s=timeout_s)
 
-    def _multi_view(self, group: Group) -> MultiView:
+    def _multiview(self, group: Group) -> MultiView:
         decoded = {
             view: decode(group.frames[view], f"{self._name}, view {view}") for view in self._views
         }
@@ -198,7 +198,7 @@ class OakCamera:
         refused: ControlError | None = None
         while refused is None or self._clock.now_s() < begun_s + limit_s:
             try:
-                self._multi_view(self._next_group(begun_s=0.0, since_s=begun_s, timeout_s=limit_s))
+                self._multiview(self._next_group(begun_s=0.0, since_s=begun_s, timeout_s=limit_s))
             except ControlError as error:
                 refused = error
             except (CaptureTimeoutError, ViewSkewError):

@@ -63,27 +63,27 @@ class StoredCamera(ABC):
         Raises:
             DeviceLostError: there is no further one, or it is damaged.
         """
-        multi_view = self._following()
-        if multi_view is None:
+        multiview = self._following()
+        if multiview is None:
             raise DeviceLostError(
                 self._name,
                 f"asked for multi-view {(self._taken or 0) + 1}, {self._place} holds {self._taken}",
                 advice="ask for fewer frames or open it again",
             )
-        return multi_view
+        return multiview
 
     def stream(self) -> Iterator[MultiView]:
         """Yield every multi-view that is left, once, and end."""
-        while (multi_view := self._following()) is not None:
-            yield multi_view
+        while (multiview := self._following()) is not None:
+            yield multiview
 
     def _following(self) -> MultiView | None:
         if self._taken is None:
             raise not_open(self._name)
-        multi_view = self._read(self._taken)
-        if multi_view is not None:
+        multiview = self._read(self._taken)
+        if multiview is not None:
             self._taken += 1
-        return multi_view
+        return multiview
 
     @abstractmethod
     def _open(self) -> None:

@@ -43,7 +43,7 @@ class FolderCamera(StoredCamera):
         super().__init__(_NAME, root, views)
         self._config = config
         self._clock = clock
-        self._multi_views: list[tuple[_Stored, ...]] = []
+        self._multiviews: list[tuple[_Stored, ...]] = []
         self._videos: dict[Path, StoredVideo] = {}
         self._like: GreyImage | None = None
 
@@ -53,19 +53,19 @@ class FolderCamera(StoredCamera):
         return {"kind": "folder", "model": "stored images", "serial": str(self._place)}
 
     def _open(self) -> None:
-        self._multi_views = self._find()
+        self._multiviews = self._find()
         self._like = None
 
     def _close(self) -> None:
-        self._multi_views = []
+        self._multiviews = []
         for video in self._videos.values():
             video.close()
         self._videos.clear()
 
     def _read(self, number: int) -> MultiView | None:
-        if number >= len(self._multi_views):
+        if number >= len(self._multiviews):
             return None
-        images = [self._picture(picture) for picture in self._multi_views[number]]
+        images = [self._picture(picture) for picture in self._multiviews[number]]
         read_s = self._clock.now_s()
         return MultiView(
             tuple(

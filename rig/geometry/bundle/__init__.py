@@ -1,6 +1,6 @@
 """All cameras, their places, the board and the stage in one solve."""
 
-from rig.geometry.bundle.calibrate import calibrate
 from rig.geometry.bundle.result import Calibration
+from rig.geometry.bundle.solve import solve_rig
 
-__all__ = ["Calibration", "calibrate"]
+__all__ = ["Calibration", "solve_rig"]

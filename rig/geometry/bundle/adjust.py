@@ -104,7 +104,7 @@ def _moving_rounds(rested: Adjusted, motion: Motion, resting: NDArray[np.bool_])
         weight = point_weights(scatter, reject=turn > 0)
         motion = measure_motion(problem, at, linear, weight, motion, resting)
         change = np.abs(np.log(scatter.sigma_px / before.sigma_px)).max()
-        if change < _FINE and abs(motion.taken - was.taken) < _FINE * motion.taken:
+        if change < _FINE and abs(motion.dof - was.dof) < _FINE * motion.dof:
             break
     return Adjusted(problem, at, residual_px, scatter, weight, motion)
 

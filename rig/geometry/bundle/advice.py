@@ -54,15 +54,15 @@ def advise(
     covariance = uncertainty.covariance
     chosen: list[PoseAdvice] = []
     for _ in range(_COUNT):
-        seen = covariance @ wanted @ covariance
-        order = np.argsort(-np.einsum("npq,qp->n", information, seen), kind="stable")[:_LOOKED_AT]
+        gain = covariance @ wanted @ covariance
+        order = np.argsort(-np.einsum("npq,qp->n", information, gain), kind="stable")[:_LOOKED_AT]
         tried = [solve(inverse + information[n], np.eye(len(wanted))) for n in order]
         left = [float(np.sum(t * wanted)) if t is not None else np.inf for t in tried]
         best = int(np.argmin(left))
-        found = tried[best]
-        if found is None:
+        posterior = tried[best]
+        if posterior is None:
             break
-        covariance, inverse = found, inverse + information[order[best]]
+        covariance, inverse = posterior, inverse + information[order[best]]
         gain_pct = 100 * (1 - np.sqrt(left[best] / before))
         chosen.append(replace(poses[observed.pictures[order[best]]], gain_pct=float(gain_pct)))
     return tuple(chosen)

@@ -53,11 +53,11 @@ def compare_views(observed: Observations, alone: Alone) -> list[Pair]:
             information = first @ np.linalg.solve(first + second, second)
             square = float(motion @ information @ motion)
             # Points apart, in units of the noise of the better determined view.
-            seen = min(
+            square_per_point = min(
                 float(motion @ first @ motion) / size[one],
                 float(motion @ second @ motion) / size[other],
             )
-            apart = square > 6 * _SIGMAS**2 and seen > _TIMES_NOISE**2
+            apart = square > 6 * _SIGMAS**2 and square_per_point > _TIMES_NOISE**2
             views = (int(observed.view[one]), int(observed.view[other]))
             pairs.append(Pair(picture, views, (one, other), motion, information, apart))
     return pairs

@@ -32,7 +32,7 @@ class Alone:
 
 
 def fit_alone(adjusted: Adjusted) -> Alone:
-    """Fit the board's pose to each sighting by itself, cameras and places held still.
+    """Fit the board's pose to each sighting by itself, cameras and places fixed.
 
     The noise is that about the own pose: a view that is late or has been moved disagrees with the
     others, but is no less sharp in itself.

@@ -58,12 +58,12 @@ def _short_range(adjusted: Adjusted) -> list[Reason]:
 
 def _few_shared(adjusted: Adjusted, geometry: RigGeometry) -> list[Reason]:
     observed = adjusted.problem.observed
-    seen = np.zeros((len(observed.pictures), len(geometry.names)), np.bool_)
-    seen[observed.picture, observed.view] = True
+    shows = np.zeros((len(observed.pictures), len(geometry.names)), np.bool_)
+    shows[observed.picture, observed.view] = True
     if len(geometry.names) == 1:
         return []
     shared = [
-        int((seen[:, view] & np.delete(seen, view, axis=1).any(axis=1)).sum())
+        int((shows[:, view] & np.delete(shows, view, axis=1).any(axis=1)).sum())
         for view in range(len(geometry.names))
     ]
     few = [

@@ -38,10 +38,10 @@ def depth_errors(geometry: RigGeometry) -> tuple[DepthError, ...]:
     errors: list[DepthError] = []
     for distance_mm in DISTANCES_MM:
         sigma = depth_sigma_mm(geometry, distance_mm, grid) / distance_mm * 100
-        seen = sigma[np.isfinite(sigma)]
-        if seen.size:
-            rms = float(np.sqrt(np.mean(seen**2)))
-            errors.append(DepthError(distance_mm, 2 * rms, 2 * float(seen.max())))
+        finite = sigma[np.isfinite(sigma)]
+        if finite.size:
+            rms = float(np.sqrt(np.mean(finite**2)))
+            errors.append(DepthError(distance_mm, 2 * rms, 2 * float(finite.max())))
         else:
             errors.append(DepthError(distance_mm, float("nan"), float("nan")))
     return tuple(errors)

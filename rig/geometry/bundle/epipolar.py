@@ -21,15 +21,15 @@ class ResidualsWithRays(NamedTuple):
     """(N, 3)."""
 
 
-def epipolar_error(geometry: RigGeometry, found: Sequence[Residuals]) -> EpipolarError:
+def epipolar_error(geometry: RigGeometry, residuals: Sequence[Residuals]) -> EpipolarError:
     """Measure all pairs of views on the points that both show, outliers left out.
 
     Distances are in px of an undistorted picture of the second view's focal length, from each view
     of a pair to the other.
     """
     by_picture: dict[int, list[ResidualsWithRays]] = {}
-    for residuals, rays in zip(found, _rays(geometry, found), strict=True):
-        by_picture.setdefault(residuals.picture, []).append(ResidualsWithRays(residuals, rays))
+    for one, rays in zip(residuals, _rays(geometry, residuals), strict=True):
+        by_picture.setdefault(one.picture, []).append(ResidualsWithRays(one, rays))
     distances = [
         _distances(geometry, one, other)
         for shown in by_picture.values()
@@ -40,14 +40,14 @@ def epipolar_error(geometry: RigGeometry, found: Sequence[Residuals]) -> Epipola
     return EpipolarError.of(all_px[np.isfinite(all_px)])
 
 
-def _rays(geometry: RigGeometry, found: Sequence[Residuals]) -> list[Float]:
+def _rays(geometry: RigGeometry, residuals: Sequence[Residuals]) -> list[Float]:
     """(N, 3) of each sighting; all of a view are undistorted at once."""
-    rays = [np.empty((0, 3))] * len(found)
+    rays = [np.empty((0, 3))] * len(residuals)
     for view, camera in enumerate(geometry.cameras):
-        own = [index for index, residuals in enumerate(found) if residuals.view == view]
+        own = [index for index, one in enumerate(residuals) if one.view == view]
         if own:
-            xy = camera.unproject(np.concatenate([found[index].xy_px for index in own]))
-            ends = np.cumsum([len(found[index].ids) for index in own])
+            xy = camera.unproject(np.concatenate([residuals[index].xy_px for index in own]))
+            ends = np.cumsum([len(residuals[index].ids) for index in own])
             whole = np.concatenate([xy, np.ones((len(xy), 1))], axis=1)
             for index, part in zip(own, np.split(whole, ends[:-1]), strict=True):
                 rays[index] = part

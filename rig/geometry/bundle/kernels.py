@@ -39,7 +39,7 @@ def accumulate(
         start: (S + 1,) first point of each sighting.
         picture: (S,).
         view: (S,).
-        columns: (V, C) place of the local columns among the shared unknowns, -1 held still.
+        columns: (V, C) place of the local columns among the shared unknowns, -1 fixed.
         picture_count: N.
         count: P.
         tie: (S, 6, 6) information that ties each sighting's own pose to its picture's; (0, 6, 6)

@@ -40,7 +40,7 @@ class Motion:
     """(2,) about (rad) and along (mm) each axis through the board's middle."""
     picture_scale: Float
     """(N,) a picture's own factor: 1 moves like the others, 0 is known to be at rest."""
-    taken: float
+    dof: float
     """How many numbers of the residuals the motions explain."""
 
     def sigmas(self, observed: Observations) -> Float:
@@ -88,8 +88,8 @@ def notice_motion(
         return None
     grams = _pose_grams(observed, linear, weight)
     own, pulled = grams[:, :, -1 - POSE : -1], grams[:, :, -1]
-    held = np.add.reduceat(weight > 0, observed.start[:-1], dtype=np.int64) >= FEWEST_POINTS
-    moving = held & ~resting[observed.picture]
+    shown = np.add.reduceat(weight > 0, observed.start[:-1], dtype=np.int64) >= FEWEST_POINTS
+    moving = shown & ~resting[observed.picture]
     if not moving.any():
         return None
     spread = own - _through(problem, reduced, inverse, grams)
@@ -148,9 +148,11 @@ def measure_motion(
     free = ~resting[observed.picture]
     factor = squares[free].sum(axis=0) / np.where(counts > 0, counts, 1.0)
     size = len(observed.pictures)
-    seen = np.bincount(observed.picture, (squares / np.maximum(factor, 1e-12)).sum(axis=1), size)
+    by_picture = np.bincount(
+        observed.picture, (squares / np.maximum(factor, 1e-12)).sum(axis=1), size
+    )
     of_picture = np.bincount(observed.picture, decided.sum(axis=1), size)
-    scale = np.sqrt((FREEDOM + seen * motion.picture_scale**2) / (FREEDOM + of_picture))
+    scale = np.sqrt((FREEDOM + by_picture * motion.picture_scale**2) / (FREEDOM + of_picture))
     return Motion(
         motion.sigma * np.sqrt(factor), np.where(resting, 0.0, scale), float(counts.sum())
     )
@@ -177,7 +179,7 @@ def _through(problem: Problem, reduced: Reduced, inverse: Float, columns: Float)
     observed, layout = problem.observed, problem.layout
     place = layout.sighting_columns[observed.view]
     local = place.shape[1]
-    by_shared = np.zeros((len(place), POSE, layout.count + 1))  # index -1: held still
+    by_shared = np.zeros((len(place), POSE, layout.count + 1))  # index -1: fixed
     np.put_along_axis(
         by_shared, np.repeat(place[:, None] % (layout.count + 1), POSE, 1), columns[:, :, :local], 2
     )
@@ -185,5 +187,5 @@ def _through(problem: Problem, reduced: Reduced, inverse: Float, columns: Float)
     half = np.linalg.solve(np.tril(reduced.pose)[observed.picture], np.swapaxes(by_pose, 1, 2))
     total = by_shared[:, :, :-1]
     total = total - np.einsum("ski,skp->sip", half, reduced.between[observed.picture])
-    seen = np.einsum("sip,sjp->sij", np.einsum("sip,pq->siq", total, inverse), total)
-    return np.einsum("ski,skj->sij", half, half) + seen
+    by_others = np.einsum("sip,sjp->sij", np.einsum("sip,pq->siq", total, inverse), total)
+    return np.einsum("ski,skj->sij", half, half) + by_others

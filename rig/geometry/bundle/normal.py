@@ -160,7 +160,7 @@ def follow_on(
     """Motions (S, 6) that fit best after a step of the shared unknowns (P,) and boards (N, 6)."""
     if not len(normal.follow):
         return None
-    full = np.concatenate([shared, [0.0]])  # index -1: held still
+    full = np.concatenate([shared, [0.0]])  # index -1: fixed
     local = full[layout.sighting_columns[observed.view]]
     step = np.concatenate([local, boards[observed.picture], -np.ones((len(local), 1))], axis=1)
     return -np.einsum("sik,sk->si", normal.follow, step)

@@ -82,15 +82,17 @@ def _floor_px(length_px2: Float, sigma_px: Float) -> float:
     For normal errors of a common scale, told by the median; the rest of the likelihood is the
     spread of the sigmas.
     """
-    seen = np.isfinite(length_px2)
-    if not seen.any():
+    finite = np.isfinite(length_px2)
+    if not finite.any():
         return 0.0
-    typical = float(np.median(sigma_px[seen]))
+    typical = float(np.median(sigma_px[finite]))
     floors = typical * _FLOORS
     misfits: list[float] = []
     for floor in floors:
-        told = sigma_px[seen] ** 2 + floor**2
-        misfits.append(2.0 * np.log(_scale(length_px2[seen] / told)) + float(np.mean(np.log(told))))
+        variance = sigma_px[finite] ** 2 + floor**2
+        misfits.append(
+            2.0 * np.log(_scale(length_px2[finite] / variance)) + float(np.mean(np.log(variance)))
+        )
     return float(floors[int(np.argmin(misfits))])
 
 

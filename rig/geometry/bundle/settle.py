@@ -56,10 +56,10 @@ def settle(
     Returns:
         Where it settled, and residuals and derivatives there.
     """
-    at, taken = start, 0
+    at, steps = start, 0
     linear = linearise(problem.observed, problem.target, at)
     best, normal = _cost(problem, at, linear, weight), None
-    while taken < most_steps and damping < _MOST_DAMPING:
+    while steps < most_steps and damping < _MOST_DAMPING:
         if normal is None:
             normal = form(
                 problem.observed, problem.target, at, problem.layout, linear, weight, problem.stops,
@@ -77,7 +77,7 @@ def settle(
         done = damping <= _LIGHT_DAMPING and abs(best - cost) < _SETTLED * best
         if cost < best:
             at, linear, best, normal = tried, there, cost, None
-            damping, taken = max(damping / _FALL, _LEAST_DAMPING), taken + 1
+            damping, steps = max(damping / _FALL, _LEAST_DAMPING), steps + 1
         else:
             damping *= _GROWTH
         if done:

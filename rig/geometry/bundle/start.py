@@ -51,10 +51,12 @@ def guess(
                 "needed",
                 advice="take more, tilted to all sides",
             )
-    of_view = [[seen for (_, v), seen in boards.items() if v == view] for view in range(len(names))]
+    of_view = [
+        [board for (_, v), board in boards.items() if v == view] for view in range(len(names))
+    ]
     tried: list[LensModel] = [lens] if lens else ["brown5", "fisheye"]
     guesses = [
-        [guess_camera(seen, size, model) for seen, size in zip(of_view, sizes_px, strict=True)]
+        [guess_camera(own, size, model) for own, size in zip(of_view, sizes_px, strict=True)]
         for model in tried
     ]
     best = min(guesses, key=_misfit)

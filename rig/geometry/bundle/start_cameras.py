@@ -45,17 +45,18 @@ class CameraStart:
 
 
 def guess_camera(
-    seen: Sequence[BoardPoints], size_px: tuple[int, int], lens: LensModel
+    boards: Sequence[BoardPoints], size_px: tuple[int, int], lens: LensModel
 ) -> CameraStart:
     """Scan focal lengths, principal point in the middle, without lens coefficients.
 
     Args:
-        seen: boards in this view.
+        boards: boards in this view.
         size_px: (width, height).
         lens: `fisheye` scans an equidistant projection, every other model a pinhole.
     """
     some = [
-        seen[i] for i in np.linspace(0, len(seen) - 1, min(len(seen), _MOST_SCANNED)).astype(int)
+        boards[i]
+        for i in np.linspace(0, len(boards) - 1, min(len(boards), _MOST_SCANNED)).astype(int)
     ]
     starts = [_judge(some, bare_camera(size_px, f * max(size_px), lens)) for f in _SCAN]
     return min(starts, key=lambda start: start.misfit_px)
@@ -70,35 +71,37 @@ def bare_camera(size_px: tuple[int, int], focal_px: float, lens: LensModel) -> C
     )  # fmt: skip
 
 
-def _judge(seen: Sequence[BoardPoints], camera: CameraModel) -> CameraStart:
+def _judge(boards: Sequence[BoardPoints], camera: CameraModel) -> CameraStart:
     worst = _WORST_SHARE * camera.width_px
-    misfit = [min(board_misfit(camera, board, board_pose(camera, board)), worst) for board in seen]
+    misfit = [
+        min(board_misfit(camera, board, board_pose(camera, board)), worst) for board in boards
+    ]
     return CameraStart(camera, float(np.mean(misfit)))
 
 
-def board_pose(camera: CameraModel, seen: BoardPoints) -> Pose | None:
+def board_pose(camera: CameraModel, board: BoardPoints) -> Pose | None:
     """cam_from_board of one board, from its homography; None where the camera cannot show it."""
-    xy = camera.unproject(seen.xy_px)
+    xy = camera.unproject(board.xy_px)
     good = np.isfinite(xy).all(axis=1)
     if good.sum() < 4:
         return None
-    matrix = fit_homography(seen.plane_mm[good], xy[good])
+    matrix = fit_homography(board.plane_mm[good], xy[good])
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
         return None
     length = (np.linalg.norm(matrix[:, 0]) + np.linalg.norm(matrix[:, 1])) / 2
     if not length > 0:
         return None
-    middle = matrix @ [*seen.plane_mm.mean(axis=0), 1.0]
+    middle = matrix @ [*board.plane_mm.mean(axis=0), 1.0]
     matrix = matrix / (length * np.sign(middle[2]))
     first, second, shift = matrix.T
     return Pose(nearest_rotation(np.stack([first, second, np.cross(first, second)], 1)), shift)
 
 
-def board_misfit(camera: CameraModel, seen: BoardPoints, pose: Pose | None) -> float:
+def board_misfit(camera: CameraModel, board: BoardPoints, pose: Pose | None) -> float:
     """Rms distance of a board's points from where a pose puts them, px; infinite for none."""
     if pose is None:
         return float("inf")
-    points = np.concatenate([seen.plane_mm, np.zeros((len(seen.plane_mm), 1))], axis=1)
-    apart = camera.project(pose.apply(points)) - seen.xy_px
+    points = np.concatenate([board.plane_mm, np.zeros((len(board.plane_mm), 1))], axis=1)
+    apart = camera.project(pose.apply(points)) - board.xy_px
     square = float(np.mean(np.sum(apart**2, axis=1)))
     return float(np.sqrt(square)) if np.isfinite(square) else float("inf")

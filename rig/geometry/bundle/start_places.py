@@ -16,7 +16,7 @@ def poses_in_views(
     boards: BoardsByPictureAndView, cameras: Sequence[CameraModel]
 ) -> dict[tuple[int, int], Pose]:
     """cam_from_board of every board that its view can show, by (picture, view)."""
-    poses = {key: board_pose(cameras[key[1]], seen) for key, seen in boards.items()}
+    poses = {key: board_pose(cameras[key[1]], board) for key, board in boards.items()}
     return {key: pose for key, pose in poses.items() if pose is not None}
 
 
@@ -53,7 +53,7 @@ def place_boards(
     places: Sequence[Pose],
 ) -> dict[int, Pose]:
     """reference_from_board by picture: of all views' answers the one that fits all views best."""
-    found: dict[int, Pose] = {}
+    best: dict[int, Pose] = {}
     for picture in sorted({picture for picture, _ in poses}):
         views = [view for shown, view in poses if shown == picture]
         guesses = [places[view].inverse() @ poses[picture, view] for view in views]
@@ -67,5 +67,5 @@ def place_boards(
             )
             for guess in guesses
         ]
-        found[picture] = guesses[int(np.argmin(misfits))]
-    return found
+        best[picture] = guesses[int(np.argmin(misfits))]
+    return best

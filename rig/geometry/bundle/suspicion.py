@@ -47,17 +47,17 @@ def swapped_layout(geometry: RigGeometry, steps: Float) -> list[Reason]:
     """Two views whose places, compared with the profile's, fit better the other way round."""
     centres = geometry.centres_mm()
     steps = np.asarray(steps, np.float64)
-    found = (centres - centres[geometry.reference])[:, :2]
+    places = (centres - centres[geometry.reference])[:, :2]
     wanted = steps - steps[geometry.reference]
     best: tuple[float, int, int] | None = None
-    asis = _likeness(found, wanted)
+    asis = _likeness(places, wanted)
     for one in range(len(steps)):
         for other in range(one + 1, len(steps)):
             order = np.arange(len(steps))
             order[[one, other]] = other, one
             # The pictures of the other view were taken for the reference: all places move along.
             moved = wanted[order] - wanted[order][geometry.reference]
-            like = _likeness(found, moved)
+            like = _likeness(places, moved)
             if like > asis + 0.1 and (best is None or like > best[0]):
                 best = (like, one, other)
     if best is None:
@@ -72,22 +72,22 @@ def swapped_layout(geometry: RigGeometry, steps: Float) -> list[Reason]:
     ]
 
 
-def _likeness(found: Float, wanted: Float) -> float:
+def _likeness(places: Float, wanted: Float) -> float:
     """Cosine between two sets of places, lengths in any unit."""
-    sizes = np.sqrt(np.sum(found**2) * np.sum(wanted**2))
-    return float(np.sum(found * wanted) / sizes) if sizes > 0 else 1.0
+    sizes = np.sqrt(np.sum(places**2) * np.sum(wanted**2))
+    return float(np.sum(places * wanted) / sizes) if sizes > 0 else 1.0
 
 
 def _swapped_pictures(
     adjusted: Adjusted, geometry: RigGeometry, pairs: Sequence[Pair]
 ) -> tuple[list[Reason], list[Pair]]:
     """Name pictures in which two views carry each other's name; return the pairs of the others."""
-    seen = _boards(adjusted)
+    boards = _boards(adjusted)
     swapped: dict[tuple[int, int], list[int]] = {}
     for pair in pairs:
-        if pair.apart and _fits_swapped(geometry, pair, seen):
+        if pair.apart and _fits_swapped(geometry, pair, boards):
             swapped.setdefault(pair.views, []).append(pair.picture)
-    gone = {picture for found in swapped.values() for picture in found}
+    gone = {picture for pictures in swapped.values() for picture in pictures}
     reasons = [
         Reason(
             "swapped",
@@ -108,10 +108,10 @@ def _boards(adjusted: Adjusted) -> list[BoardPoints]:
     ]
 
 
-def _fits_swapped(geometry: RigGeometry, pair: Pair, seen: Sequence[BoardPoints]) -> bool:
+def _fits_swapped(geometry: RigGeometry, pair: Pair, boards: Sequence[BoardPoints]) -> bool:
     """Whether a pose from one view's pixels fits the other's better after exchanging them."""
     one, other = pair.views
-    first, second = (seen[sighting] for sighting in pair.sightings)
+    first, second = (boards[sighting] for sighting in pair.sightings)
     asis = _misfit_across(geometry, one, other, first, second)
     turned = _misfit_across(geometry, one, other, second, first)
     return turned < _SWAP_GAIN * asis

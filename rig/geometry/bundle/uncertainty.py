@@ -58,10 +58,10 @@ def measure_uncertainty(adjusted: Adjusted) -> Uncertainty:
     information = picture_information(normal, reduced)
     pull = normal.side - np.einsum("nip,ni->np", reduced.between, reduced.pull)
     share = np.einsum("pq,nqr->npr", inverse, information)
-    seen = float(np.einsum("np,pq,nq->", pull, inverse, pull))
+    spread = float(np.einsum("np,pq,nq->", pull, inverse, pull))
     free = float(np.einsum("npp->", share) - np.einsum("npq,nqp->", share, share))
     point = _independent_scale(adjusted)
-    clustering = seen / free / point if free > 0 else 1.0
+    clustering = spread / free / point if free > 0 else 1.0
     scale = point * max(clustering, 1.0)
     covariance = _symmetric(inverse) * scale
     if clustering > 1.0:
@@ -87,20 +87,20 @@ def _sandwich(inverse: Float, share: Float, pull: Float) -> Float:
     """
     count, size = len(pull), len(inverse)
     root = inverse.copy()
-    taken = np.einsum("npq,nqr->pr", share, share)  # by the fit: C A C A, summed
+    fitted = np.einsum("npq,nqr->pr", share, share)  # by the fit: C A C A, summed
     # Never all of a direction, which fewer pictures than unknowns would leave without a say.
-    left = inverse - (1.0 - 1.0 / count) * _symmetric(np.einsum("pr,rq->pq", taken, inverse))
+    left = inverse - (1.0 - 1.0 / count) * _symmetric(np.einsum("pr,rq->pq", fitted, inverse))
     if not (factorise(root) and factorise(left)):
         return inverse
     root, left = np.tril(root), np.tril(left)
     # Steps that each picture alone would have the answer take, whitened by what is left of C.
-    seen = np.einsum("np,pq->nq", pull, inverse).T.copy()
-    _forward(left, seen)
-    seen *= np.sqrt(count)
-    moment = np.einsum("pn,qn->pq", seen, seen) / count
+    steps = np.einsum("np,pq->nq", pull, inverse).T.copy()
+    _forward(left, steps)
+    steps *= np.sqrt(count)
+    moment = np.einsum("pn,qn->pq", steps, steps) / count
     mean = float(np.trace(moment)) / size
     apart = float(np.sum((moment - mean * np.eye(size)) ** 2))
-    chance = float(np.sum(np.sum(seen**2, axis=0) ** 2) / count - np.sum(moment**2)) / count
+    chance = float(np.sum(np.sum(steps**2, axis=0) ** 2) / count - np.sum(moment**2)) / count
     shrink = min(1.0, chance / apart) if apart > 0 else 1.0
     meat = shrink * max(mean, 1.0) * np.eye(size) + (1.0 - shrink) * moment
     return _symmetric(np.einsum("pi,ij,qj->pq", root, meat, root))
@@ -125,7 +125,7 @@ def _independent_scale(adjusted: Adjusted) -> float:
     square = np.sum(adjusted.residual_px[used] ** 2, axis=1) / 2.0
     count = 2 * int(used.sum())
     fitted = adjusted.problem.layout.count + 6 * len(adjusted.problem.observed.pictures)
-    fitted += adjusted.motion.taken if adjusted.motion else 0.0
+    fitted += adjusted.motion.dof if adjusted.motion else 0.0
     spare = count / max(count - fitted, 1)
     return float(np.sum(weight[used] ** 2 * square) / np.sum(weight[used])) * spare
 

@@ -95,7 +95,7 @@ class Unknowns:
             boards: (N, 6) turn and shift of each board.
             motion: (S, 6) after the step, if there is any.
         """
-        full = np.concatenate([shared, [0.0]])  # index -1: held still
+        full = np.concatenate([shared, [0.0]])  # index -1: fixed
         intrinsics = tuple(
             values + full[layout.view_columns[view, : len(values)]]
             for view, values in enumerate(self.intrinsics)
@@ -128,7 +128,7 @@ class Unknowns:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Where the shared unknowns stand in one vector; -1 where something is held still."""
+    """Where the shared unknowns stand in one vector; -1 where something is fixed."""
 
     view_columns: Int
     """(V, 4 + K + 6): intrinsics, padded to the longest, then the place of the view."""

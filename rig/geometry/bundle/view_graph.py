@@ -11,9 +11,9 @@ from rig.geometry.bundle.observations import Observations
 
 def shared_pictures(observed: Observations, view_count: int) -> NDArray[np.int64]:
     """(V, V) how many pictures each pair of views has in common; the diagonal counts its own."""
-    seen = np.zeros((len(observed.pictures), view_count), np.int64)
-    seen[observed.picture, observed.view] = 1
-    return np.einsum("nv,nw->vw", seen, seen)
+    shows = np.zeros((len(observed.pictures), view_count), np.int64)
+    shows[observed.picture, observed.view] = 1
+    return np.einsum("nv,nw->vw", shows, shows)
 
 
 def spanning_tree(

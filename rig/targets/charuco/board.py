@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.errors import ConfigError
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 
 DICTIONARIES: dict[str, int] = {
     name.removeprefix("DICT_"): number
@@ -85,13 +85,13 @@ class CharucoBoard:
         return np.stack([column, row, np.zeros_like(row)], axis=-1) * self.square_mm
 
     @property
-    def as_checkerboard(self) -> Board:
+    def as_checkerboard(self) -> Checkerboard:
         """The same inner corners without the markers.
 
         Raises:
             ConfigError: a checkerboard needs 3 x 3 inner corners.
         """
-        return Board(self.columns, self.rows, self.square_mm)
+        return Checkerboard(self.columns, self.rows, self.square_mm)
 
     @property
     def first_is_white(self) -> bool:

@@ -101,7 +101,7 @@ class Screens:
         self._show(0)
 
     @contextmanager
-    def held(self) -> Generator[None]:
+    def deferred(self) -> Generator[None]:
         """Change to the next picture of this place, and keep it while a sample is taken."""
         away_mm = np.abs(self._places_mm - self._carriage.travelled_mm(time.monotonic()))
         assert away_mm.min() < 0.01, f"the board rests {away_mm.min()} mm beside the next stop"

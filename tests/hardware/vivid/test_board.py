@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from rig.targets.corners import find_corners
 from tests.hardware.vivid.bench import one_camera, output_path, use_loop, use_webcam
 from tests.hardware.vivid.guest import RESULTS
@@ -31,7 +31,7 @@ def test_a_rendered_board_arrives_byte_for_byte_and_is_found():
         use_webcam(NUMBER)
     assert np.array_equal(first, pictures[0])
     assert np.array_equal(second, pictures[1])
-    board = Board(columns=9, rows=6, square_mm=25.0)
+    board = Checkerboard(columns=9, rows=6, square_mm=25.0)
     sent, came = find_corners(pictures[0], board), find_corners(first, board)
     assert np.array_equal(sent.xy_px, came.xy_px)
     assert came.xy_px.shape == (6, 9, 2)

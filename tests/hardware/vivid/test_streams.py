@@ -40,8 +40,8 @@ def test_four_cameras_are_one():
     with four() as camera:
         taken = list(itertools.islice(camera.stream(), 10))
         dropped = dict(camera.dropped)
-    assert all(tuple(f.view for f in multi_view.frames) == VIEWS for multi_view in taken)
-    assert max(multi_view.skew_s for multi_view in taken) <= 0.05
+    assert all(tuple(f.view for f in multiview.frames) == VIEWS for multiview in taken)
+    assert max(multiview.skew_s for multiview in taken) <= 0.05
     for before, after in itertools.pairwise(taken):
         assert after.timestamp_s > before.timestamp_s
         for earlier, later in zip(before.frames, after.frames, strict=True):
@@ -146,9 +146,9 @@ def test_unplugged_in_the_middle_and_plugged_in_again():
     plug_all()
     again = four()
     with again as camera:
-        multi_view = camera.grab(10.0)
-    assert multi_view.skew_s <= 0.2
-    assert np.ptp(multi_view.frames[2].image) > 50
+        multiview = camera.grab(10.0)
+    assert multiview.skew_s <= 0.2
+    assert np.ptp(multiview.frames[2].image) > 50
 
 
 def test_a_disconnect_of_one_camera_is_a_loss_of_that_one():

@@ -81,7 +81,7 @@ def test_every_sample_of_a_sweep_comes_through_the_kernel_as_it_was_rendered():
         recording = bench.enter_context(
             RecordingWriter(Path(RESULTS, "sweep.mcap"), camera.views, camera.identity)
         )
-        for taken in run_sweep(
+        for new in run_sweep(
             halts,
             stage=hardware.stage,
             camera=camera,
@@ -91,15 +91,15 @@ def test_every_sample_of_a_sweep_comes_through_the_kernel_as_it_was_rendered():
             move_timeout_s=30.0,
             grab_timeout_s=profile.camera.timeout_s,
             times=SweepTimes(),
-            held=screens.held,
+            deferred=screens.deferred,
         ):
-            for number, frame in enumerate(taken.multiview.frames):
-                shown = pictures[taken.stop.index, :, number]
+            for number, frame in enumerate(new.multiview.frames):
+                shown = pictures[new.stop.index, :, number]
                 assert any(np.array_equal(frame.image, picture) for picture in shown), (
-                    f"{frame.view} at {taken.stop.distance_mm} mm is no picture of this stop"
+                    f"{frame.view} at {new.stop.distance_mm} mm is no picture of this stop"
                 )
-            recording.write(taken.multiview)
-            samples.append((taken.stop.index, taken.sample, taken.reached_mm))
+            recording.write(new.multiview)
+            samples.append((new.stop.index, new.sample, new.reached_mm))
     assert [stop for stop, _, _ in samples] == [i for i in range(len(halts)) for _ in range(2)]
     told = {"profile": profile.model_dump(mode="json"), "samples": samples}
     Path(RESULTS, "sweep.json").write_text(json.dumps(told))

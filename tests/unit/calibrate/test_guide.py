@@ -8,18 +8,18 @@ import numpy as np
 from rig_sim.clock import VirtualClock
 
 from rig.calibrate.coverage import coverage_of
-from rig.calibrate.guide import advise
-from rig.calibrate.live import held_pictures, motion_px
+from rig.calibrate.guide import advise, coverage_text
+from rig.calibrate.in_hand import motion_px, pictures_in_hand
 from rig.calibrate.pictures import Picture
 from rig.calibrate.sight import PictureSightings, Tally, sight
 from rig.cli.calibration_result import tally_lines
 from rig.errors import TargetError
 from rig.frames import Frame, MultiView
 from rig.targets import Detection
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from tests.support.board_images import BoardScene
 
-BOARD = Board(9, 6, 25.0)
+BOARD = Checkerboard(9, 6, 25.0)
 SIZES = ((640, 400), (640, 400))
 NAMES = ("left", "right")
 FOCAL_PX = 560.0
@@ -41,39 +41,39 @@ def seen(
 
 
 def test_coverage_counts_area_pairs_tilts_and_distances():
-    sighted = [seen(0), seen(1, tilt_deg=(20, 0, 0)), seen(2, tilt_deg=(0, -25, 0))]
-    sighted.append(
+    sightings = [seen(0), seen(1, tilt_deg=(20, 0, 0)), seen(2, tilt_deg=(0, -25, 0))]
+    sightings.append(
         replace(seen(3), by_view=(seen(3).by_view[0], TargetError("", reason="clipped")))
     )
-    coverage = coverage_of(sighted, BOARD, 2)
+    coverage = coverage_of(sightings, BOARD, 2)
     assert coverage.shared.tolist() == [[4, 3], [3, 3]]
     assert 0.2 < coverage.area_share[0] < 0.9
     assert coverage.tilts_deg[:, 0].max() > 12.0
     assert np.abs(coverage.tilts_deg[:, 1]).max() > 15.0
     assert 300.0 < np.median(coverage.distances_mm) < 1000.0
-    assert "left-right 3" in coverage.line(NAMES)
+    assert "left-right 3" in coverage_text(coverage, NAMES)
 
 
 def test_advice_names_what_is_missing_and_ends_when_nothing_is():
-    sighted = [seen(0)]
-    assert "left and right both see it" in advise(coverage_of(sighted, BOARD, 2), NAMES, 0).text
-    sighted += [seen(n) for n in range(1, 7)]
-    assert "away from the camera" in advise(coverage_of(sighted, BOARD, 2), NAMES, 0).text
+    sightings = [seen(0)]
+    assert "left and right both see it" in advise(coverage_of(sightings, BOARD, 2), NAMES, 0).text
+    sightings += [seen(n) for n in range(1, 7)]
+    assert "away from the camera" in advise(coverage_of(sightings, BOARD, 2), NAMES, 0).text
     tilts = [(30, 0, 0), (-30, 0, 0), (0, 30, 0), (0, -30, 0)]
-    sighted += [seen(10 + n, tilt_deg=tilt) for n, tilt in enumerate(tilts)]
-    sighted.append(seen(20, at_mm=(0, 0, 350)))
-    advice = advise(coverage_of(sighted, BOARD, 2), NAMES, 0)
+    sightings += [seen(10 + n, tilt_deg=tilt) for n, tilt in enumerate(tilts)]
+    sightings.append(seen(20, at_mm=(0, 0, 350)))
+    advice = advise(coverage_of(sightings, BOARD, 2), NAMES, 0)
     if not advice.covered:
         assert "of the picture of" in advice.text
     corners = [(x, y, 600.0) for x in (-230, 0, 200) for y in (-140, 0, 140)]
-    sighted += [seen(30 + n, at_mm=at) for n, at in enumerate(corners)]
-    done = advise(coverage_of(sighted, BOARD, 2), NAMES, 0)
+    sightings += [seen(30 + n, at_mm=at) for n, at in enumerate(corners)]
+    done = advise(coverage_of(sightings, BOARD, 2), NAMES, 0)
     assert done.covered, done.text
 
 
 def test_a_tilt_is_told_about_the_axis_it_is_about():
-    sighted = [seen(n, tilt_deg=(25, 0, 0)) for n in range(4)]
-    tilts_deg = coverage_of(sighted, BOARD, 2).tilts_deg
+    sightings = [seen(n, tilt_deg=(25, 0, 0)) for n in range(4)]
+    tilts_deg = coverage_of(sightings, BOARD, 2).tilts_deg
     assert (np.abs(tilts_deg[:, 0]) > 3 * np.abs(tilts_deg[:, 1])).all()
 
 
@@ -100,7 +100,7 @@ def test_a_picture_is_kept_when_the_target_rests_where_it_has_not_been():
     heard: list[bool] = []
     kept = [
         picture.number
-        for picture, _ in held_pictures(
+        for picture, _ in pictures_in_hand(
             Shown(scenes),  # pyright: ignore[reportArgumentType]
             VirtualClock(),
             BOARD,

@@ -10,8 +10,8 @@ from rig.check.arrangement import judge_arrangement
 from rig.check.curve_drift import judge_curve_drift
 from rig.check.items import failed, graded, worst
 from rig.check.locks import judge_locks
+from rig.check.noise import judge_noise
 from rig.check.photon_transfer import PhotonTransfer
-from rig.check.pictures import judge_noise
 from rig.check.stage import Arrival, judge_repeatability, judge_travel, repeatability
 from rig.check.stills import Exposure, ViewStills
 from rig.check.storage import judge_room

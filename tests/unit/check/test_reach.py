@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from rig.check.reach import Reach, judge_reach, predict_reach
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from rig.targets.corners import Corners
 
-BOARD = Board(9, 6, 25.0)
+BOARD = Checkerboard(9, 6, 25.0)
 FOCAL_PX = 600.0
 SIZE_PX = (640, 400)
 PLAN_MM = (300.0, 1500.0)
@@ -20,7 +20,7 @@ def board_at(
     centre_px: tuple[float, float] = (319.5, 199.5),
     square_mm: float = 25.0,
 ) -> dict[float, Corners]:
-    board = Board(9, 6, square_mm)
+    board = Checkerboard(9, 6, square_mm)
     middle = board.points_mm[..., :2].reshape(-1, 2).mean(axis=0)
     place_mm = board.points_mm[..., :2] - middle + np.array(offset_mm)
     xy_px = np.array(centre_px) + FOCAL_PX * place_mm / distance_mm

@@ -122,9 +122,9 @@ def test_in_front_of_a_static_scene_cameras_out_of_step_can_be_grabbed_but_not_s
     array, _, _ = video_array(VIEWS[:2], shifted, max_skew_s=0.03, timeout_s=0.4)
     with array as camera:
         called_s = time.monotonic()
-        multi_view = camera.grab(10.0)
-        assert all(frame.began_s >= called_s for frame in multi_view.frames)
-        assert multi_view.skew_s == pytest.approx(0.018, abs=0.001)
+        multiview = camera.grab(10.0)
+        assert all(frame.began_s >= called_s for frame in multiview.frames)
+        assert multiview.skew_s == pytest.approx(0.018, abs=0.001)
         with pytest.raises(ViewSkewError, match=r"18\.0\d ms apart, allowed 10\.00 ms"):
             next(camera.stream())
 
@@ -139,8 +139,8 @@ def test_lost_frames_are_dropped_with_a_reason_and_never_mixed():
         taken = list(itertools.islice(camera.stream(), 12))
         assert camera.dropped["lost"] >= 3
         assert camera.dropped["unpaired"] >= 4
-    for multi_view in taken:
-        assert multi_view.skew_s < 0.001
+    for multiview in taken:
+        assert multiview.skew_s < 0.001
 
 
 def test_a_slow_reader_loses_the_oldest_and_gets_the_newest():

@@ -32,7 +32,7 @@ def save(path: Path, pixels: np.ndarray) -> None:
 
 
 def levels(taken: FolderCamera) -> list[int]:
-    return [int(multi_view.frames[0].image[0, 0]) for multi_view in taken.stream()]
+    return [int(multiview.frames[0].image[0, 0]) for multiview in taken.stream()]
 
 
 @pytest.mark.parametrize("suffix", ["png", "tiff", "pgm"])

@@ -8,12 +8,12 @@ from rig.arrays import Float
 from rig.epipolar import RectifiedViews
 from rig.epipolar.board.fit import fit_board_slope
 from rig.errors import SlopeError, TargetError
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from rig.targets.corners import Corners, find_corners
 from tests.support.board_images import BoardScene, digitised
 from tests.support.slope_bound import slope_bound_px
 
-BOARD = Board(9, 6, 25.0)
+BOARD = Checkerboard(9, 6, 25.0)
 X_STEPS = np.array([0.0, -1.1, 0.93, 0.0, 0.0])
 Y_STEPS = np.array([0.0, 0.0, 0.0, -1.05, 0.96])
 EVEN = np.array([-1.0, 0.0, 1.0])
@@ -147,7 +147,7 @@ def test_a_view_without_corners_is_left_out_and_a_missing_reference_is_refused()
 
 def test_different_boards_in_two_views_are_refused():
     views, corners = board_views(noisy(clean_pictures(SMALL), np.random.default_rng(1)))
-    other = find_corners(SMALL.with_changes(columns=8).clean(), Board(8, 6, 25.0))
+    other = find_corners(SMALL.with_changes(columns=8).clean(), Checkerboard(8, 6, 25.0))
     with pytest.raises(TargetError, match="different counts"):
         fit_board_slope(views, [corners[0], other, *corners[2:]])
 

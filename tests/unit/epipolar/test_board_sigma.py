@@ -9,12 +9,12 @@ from rig.epipolar import RectifiedViews
 from rig.epipolar.board.corner_tracks import fit_corner_tracks
 from rig.epipolar.board.fit import fit_board_slope
 from rig.epipolar.board.slope import BoardSlope
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from rig.targets.corners import find_corners
 from tests.support.board_degradations import skewed, tilted_light, vignetted
 from tests.support.board_images import BoardScene, blurred, digitised
 
-BOARD = Board(9, 6, 25.0)
+BOARD = Checkerboard(9, 6, 25.0)
 X_STEPS = np.array([0.0, -1.1, 0.93, 0.0, 0.0])
 Y_STEPS = np.array([0.0, 0.0, 0.0, -1.05, 0.96])
 LIGHT = ((0.0, 0.0), (0.3, -0.2), (-0.3, 0.1), (0.2, 0.3), (-0.1, -0.3))

@@ -7,13 +7,13 @@ from rig.epipolar.board.fit import fit_board_slope
 from rig.errors import SlopeError
 from rig.geometry.rectification import Rectification, rectify
 from rig.optics.calibrated_views import CalibratedViews
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from rig.targets.corners import find_corners
 from tests.support.cameras import SmallRig
 from tests.support.geometry import true_geometry
 
 REAL = SmallRig(name="sim-real")
-BOARD = Board(9, 6, 25.0)
+BOARD = Checkerboard(9, 6, 25.0)
 
 
 @pytest.fixture(scope="module")

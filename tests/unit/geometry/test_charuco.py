@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rig.errors import ConfigError, TargetError
 from rig.targets import CharucoBoard, Target, find_target, full_corners
 from rig.targets.charuco.board import DICTIONARIES, dictionary_bits
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from rig.targets.corners import find_corners
 from tests.support.board_images import BoardScene, digitised
 from tests.support.charuco_images import CharucoScene
@@ -138,13 +138,13 @@ def test_a_hand_over_the_board_costs_only_the_corners_under_it():
 def test_all_corners_make_a_grid_as_of_a_checkerboard():
     scene = CharucoScene(distance_mm=520.0, tilt_deg=(5.0, 10.0, 15.0))
     corners = full_corners(picture(scene), BOARD)
-    assert corners.board == Board(6, 4, 25.0)
+    assert corners.board == Checkerboard(6, 4, 25.0)
     assert corners.xy_px == pytest.approx(scene.corners(), abs=0.06)
 
 
 def test_one_door_finds_a_checkerboard_too():
     image = picture(BoardScene(tilt_deg=(10.0, 15.0, 20.0)))
-    board = Board(9, 6, 25.0)
+    board = Checkerboard(9, 6, 25.0)
     found, corners = find_target(image, board), find_corners(image, board)
     assert found.ids.tolist() == list(range(54))
     assert np.array_equal(found.xy_px, corners.xy_px.reshape(-1, 2))
@@ -263,7 +263,7 @@ def test_no_picture_makes_much_work(
     rng = np.random.default_rng(seed)
     smooth = cv2.GaussianBlur(sharp, (0, 0), blur) if blur > 0.1 else sharp
     image = np.clip(smooth + rng.normal(20, noise + 1e-3, x.shape), 0, 255).astype(np.uint8)
-    for target in (BOARD, Board(9, 6, 25.0)):
+    for target in (BOARD, Checkerboard(9, 6, 25.0)):
         assert _calls(image, target) < 60_000
 
 

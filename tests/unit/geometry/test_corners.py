@@ -6,11 +6,11 @@ import pytest
 from numpy.typing import NDArray
 
 from rig.errors import TargetError
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from rig.targets.corners import corner_motion_px, find_corners
 from tests.support.board_images import BoardScene, digitised
 
-BOARD = Board(9, 6, 25.0)
+BOARD = Checkerboard(9, 6, 25.0)
 
 
 def picture(scene: BoardScene, *, noise: float = 2.0, gain: float = 1.0) -> NDArray[np.uint8]:
@@ -51,7 +51,7 @@ def test_sixteen_bits_and_floats_are_as_good(kind: type[np.uint16] | type[np.flo
 
 def test_a_board_that_fits_either_way_up_starts_at_the_top_left():
     scene = BoardScene(columns=8, rows=6, tilt_deg=(0.0, 0.0, 170.0))
-    corners = find_corners(picture(scene), Board(8, 6, 25.0))
+    corners = find_corners(picture(scene), Checkerboard(8, 6, 25.0))
     assert corners.xy_px == pytest.approx(scene.corners()[::-1, ::-1], abs=0.05)
     assert corners.xy_px[0, 0].sum() < corners.xy_px[-1, -1].sum()
 
@@ -59,7 +59,7 @@ def test_a_board_that_fits_either_way_up_starts_at_the_top_left():
 def test_a_square_board_is_found_in_all_four_turns():
     for turn_deg in (10.0, 100.0, 190.0, 280.0):
         scene = BoardScene(columns=6, rows=6, tilt_deg=(0.0, 0.0, turn_deg))
-        xy_px = find_corners(picture(scene), Board(6, 6, 25.0)).xy_px
+        xy_px = find_corners(picture(scene), Checkerboard(6, 6, 25.0)).xy_px
         assert xy_px[0, 0].sum() < xy_px[-1, -1].sum()
         across, down = xy_px[0, -1] - xy_px[0, 0], xy_px[-1, 0] - xy_px[0, 0]
         assert np.linalg.det(np.stack([across, down])) > 0
@@ -72,14 +72,16 @@ def test_a_blurred_board_is_still_measured_on_a_coarser_picture():
     assert np.sqrt(np.mean((corners.xy_px - scene.corners()) ** 2)) < 0.05
 
 
-def refusal(image: NDArray[np.uint8], board: Board = BOARD) -> TargetError:
+def refusal(image: NDArray[np.uint8], board: Checkerboard = BOARD) -> TargetError:
     with pytest.raises(TargetError) as refused:
         find_corners(image, board)
     return refused.value
 
 
-@pytest.mark.parametrize("asked", [Board(8, 6, 25.0), Board(9, 7, 25.0), Board(11, 8, 25.0)])
-def test_a_wrong_count_names_the_count_that_fits(asked: Board):
+@pytest.mark.parametrize(
+    "asked", [Checkerboard(8, 6, 25.0), Checkerboard(9, 7, 25.0), Checkerboard(11, 8, 25.0)]
+)
+def test_a_wrong_count_names_the_count_that_fits(asked: Checkerboard):
     error = refusal(picture(BoardScene(tilt_deg=(5.0, 10.0, 15.0))), asked)
     assert error.reason == "wrong-count"
     assert "9 x 6" in str(error)
@@ -160,6 +162,6 @@ def test_motion_is_the_rms_shift_of_the_corners():
     moved = scene.with_changes(offset_mm=(0.5, 0.0))
     first, last = (find_corners(s.clean(), BOARD) for s in (scene, moved))
     assert corner_motion_px(first, last) == pytest.approx(0.5 * 560 / 700, abs=0.005)
-    other = find_corners(BoardScene(columns=8).clean(), Board(8, 6, 25.0))
+    other = find_corners(BoardScene(columns=8).clean(), Checkerboard(8, 6, 25.0))
     with pytest.raises(TargetError, match="9 x 6 and 8 x 6"):
         corner_motion_px(first, other)

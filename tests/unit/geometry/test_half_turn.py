@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from rig.errors import CalibrationError
 from rig.geometry.half_turn import agree_on_turns
 from rig.geometry.sighting import Sighting
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 
-BOARD = Board(8, 6, 25.0)
+BOARD = Checkerboard(8, 6, 25.0)
 POINTS = BOARD.points_mm.reshape(-1, 3)
 SIZES = [(640, 400)] * 3
 NAMES = ("left", "middle", "right")

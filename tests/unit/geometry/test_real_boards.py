@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from rig.geometry.homography import fit_homography, map_points
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from rig.targets.corners import Corners, find_corners
 
-BOARD = Board(9, 6, 25.0)
+BOARD = Checkerboard(9, 6, 25.0)
 SHARED = Path(os.environ.get("RIG_SHARED_DATA", Path(__file__).parents[4] / "shared" / "data"))
 FOLDER = SHARED / "checkerboard-stereo"
 

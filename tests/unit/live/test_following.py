@@ -169,7 +169,7 @@ def test_a_frozen_reference_is_refused():
         measured(profile, stream)
 
 
-def test_skewed_multi_views_are_left_out_and_counted():
+def test_skewed_multiviews_are_left_out_and_counted():
     profile = load_profile("sim", ["slopes.range_px=[-8.0, 12.0]"])
     good = multiview(profile, scene(-4.0, 6.0, left=True), 0)
     late = Frame("left", good.frames[1].image, timestamp_s=1.0, sequence=0)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rig.errors import ConfigError
 from rig.targets import CharucoBoard, Target, find_target
-from rig.targets.checkerboard import Board
+from rig.targets.checkerboard import Checkerboard
 from rig.targets.printing.board_areas import board_areas
 from rig.targets.printing.drawing import Area, Drawing, Rect
 from rig.targets.printing.pdf import pdf_of
@@ -27,7 +27,7 @@ from tests.support.command import Command
 
 CHARUCO = CharucoBoard(7, 5, 30.0, 22.5, "4X4_50")
 BOARDS = [
-    Board(9, 6, 25.0),
+    Checkerboard(9, 6, 25.0),
     CHARUCO,
     CHARUCO.with_changes(inverted=True),
     CHARUCO.with_changes(legacy_pattern=True, squares_down=4),
@@ -139,8 +139,8 @@ def test_rectangles_of_an_area_touch_without_a_seam():
 
 def test_boards_that_do_not_fit_are_refused_with_what_would():
     with pytest.raises(ConfigError, match=r"needs a page of 310 x 252 mm"):
-        draw_sheet(Board(11, 8, 25.0), page_mm("a4"), 5.0)
-    assert draw_sheet(Board(9, 6, 25.0), page_mm("270x210"), 5.0).width_mm == 270.0
+        draw_sheet(Checkerboard(11, 8, 25.0), page_mm("a4"), 5.0)
+    assert draw_sheet(Checkerboard(9, 6, 25.0), page_mm("270x210"), 5.0).width_mm == 270.0
     with pytest.raises(ConfigError, match="letter"):
         page_mm("legal")
     with pytest.raises(ConfigError, match="at most"):
@@ -148,7 +148,7 @@ def test_boards_that_do_not_fit_are_refused_with_what_would():
 
 
 def test_the_ink_of_a_board_is_half_of_its_squares():
-    areas = board_areas(Board(9, 6, 25.0), 0.0, 0.0)
+    areas = board_areas(Checkerboard(9, 6, 25.0), 0.0, 0.0)
     assert sum(r.width_mm * r.height_mm for r in areas[0].rects) == 35 * 25.0**2
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rig.errors import StoreError
-from rig.geometry.bundle.calibrate import calibrate
+from rig.geometry.bundle import solve_rig
 from rig.geometry.bundle.result import Calibration, Reason, Verdict
 from rig.report.calibration.parameters import parameter_rows
 from rig.report.calibration.shown import ShownCalibration
@@ -24,7 +24,7 @@ PICTURES = 12
 @pytest.fixture(scope="module")
 def calibration() -> Calibration:
     sightings = random_scene(3, PICTURES).sightings(3)
-    return calibrate(sightings, flat_board_mm(), [(WIDTH, HEIGHT)] * 3, NAMES, 0, lens="brown5")
+    return solve_rig(sightings, flat_board_mm(), [(WIDTH, HEIGHT)] * 3, NAMES, 0, lens="brown5")
 
 
 @pytest.fixture(scope="module")

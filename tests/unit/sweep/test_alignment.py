@@ -145,7 +145,7 @@ def test_cameras_and_stage_are_compared() -> None:
     assert use is not None
     assert use.disagreement_pct == pytest.approx(0.1, abs=1e-6)
     assert use.stage is not None
-    assert use.stage[0] == 1.0015
-    assert use.stage[1] == pytest.approx(0.585, abs=0.01)
+    assert use.stage.scale == 1.0015
+    assert use.stage.axis_deg == pytest.approx(0.585, abs=0.01)
     assert "scale 1.00150" in use_lines(use)[0]
     assert "0.1000 % rms" in use_lines(use)[1]

@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-MAXIMUM_NUMBER = 99
-
 
 @dataclass(frozen=True, slots=True)
 class Command:

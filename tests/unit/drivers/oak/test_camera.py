@@ -24,11 +24,11 @@ def test_pairs_of_sensors_that_jitter_and_drop_are_right_and_every_loss_is_count
     with rig.camera() as camera:
         taken = list(itertools.islice(camera.stream(), 16))
         dropped = camera.dropped
-    for multi_view in taken:
-        assert multi_view.skew_s < 0.008  # half a period is 0.010
-        assert multi_view.temperature_degc == pytest.approx(25.0)
+    for multiview in taken:
+        assert multiview.skew_s < 0.008  # half a period is 0.010
+        assert multiview.temperature_degc == pytest.approx(25.0)
     assert dropped["unpaired"] > 0
-    numbers = [multi_view.frames[0].sequence for multi_view in taken]
+    numbers = [multiview.frames[0].sequence for multiview in taken]
     gaps = sum(after - before - 1 for before, after in itertools.pairwise(numbers))
     assert gaps == dropped["unpaired"] + dropped["late"] + dropped["skew"]
 
@@ -71,7 +71,7 @@ def test_a_stream_finds_a_lost_device_again():
     with rig.camera() as camera:
         taken = list(itertools.islice(camera.stream(), 14))
         assert camera.dropped["reconnect"] >= 1
-    numbers = [multi_view.frames[0].sequence for multi_view in taken]
+    numbers = [multiview.frames[0].sequence for multiview in taken]
     assert numbers == sorted(set(numbers))
 
 

@@ -13,7 +13,7 @@ def test_sockets_are_sorted_by_their_device():
     assert config.by_device == {"1844": {"a": "CAM_B"}, "192.168.1.7": {"b": "CAM_A"}}
 
 
-def test_two_devices_on_one_trigger_give_one_multi_view_in_the_order_of_the_profile():
+def test_two_devices_on_one_trigger_give_one_multiview_in_the_order_of_the_profile():
     profile = OakRig(
         (*TWO, 'camera.sync="external"', "camera.rate_hz=25", "world.capture_scene=board")
     ).profile
@@ -21,10 +21,10 @@ def test_two_devices_on_one_trigger_give_one_multi_view_in_the_order_of_the_prof
         assert camera.views == ("centre", "left", "right", "top")
         for _ in range(3):
             called_s = clock.now_s()
-            multi_view = camera.grab(10.0)
-            assert tuple(frame.view for frame in multi_view.frames) == camera.views
-            assert multi_view.skew_s < 0.001
-            assert min(frame.timestamp_s for frame in multi_view.frames) > called_s
+            multiview = camera.grab(10.0)
+            assert tuple(frame.view for frame in multiview.frames) == camera.views
+            assert multiview.skew_s < 0.001
+            assert min(frame.timestamp_s for frame in multiview.frames) > called_s
         assert len(list(itertools.islice(camera.stream(), 3))) == 3
         serials = {value for key, value in camera.identity.items() if key.endswith(".serial")}
         assert serials == {"sim-oak oak", "sim-oak second"}

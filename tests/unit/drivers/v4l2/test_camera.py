@@ -33,13 +33,13 @@ class Bench:
     def numbers(self, count: int) -> list[int]:
         """Return the numbers that the device painted into the next frames of a stream."""
         taken = itertools.islice(self.camera.stream(), count)
-        return [int(multi_view.frames[0].image[0, 0]) for multi_view in taken]
+        return [int(multiview.frames[0].image[0, 0]) for multiview in taken]
 
 
 def test_frames_come_in_order_with_their_numbers_and_times():
     bench = Bench(FakeDevice(padding=16))
     with bench.camera as camera:
-        taken = [multi_view.frames[0] for multi_view in itertools.islice(camera.stream(), 6)]
+        taken = [multiview.frames[0] for multiview in itertools.islice(camera.stream(), 6)]
     assert [frame.sequence for frame in taken] == [0, 1, 2, 3, 4, 5]
     assert [int(frame.image[0, 0]) for frame in taken] == [0, 1, 2, 3, 4, 5]
     assert [frame.timestamp_s for frame in taken] == pytest.approx(
@@ -129,7 +129,7 @@ def test_a_damaged_jpeg_is_dropped_and_counted():
 def test_a_counter_that_wraps_around_goes_on():
     bench = Bench(FakeDevice(first_counter=(1 << 32) - 2, lost={3}))
     with bench.camera as camera:
-        taken = [multi_view.frames[0] for multi_view in itertools.islice(camera.stream(), 4)]
+        taken = [multiview.frames[0] for multiview in itertools.islice(camera.stream(), 4)]
         assert [frame.sequence for frame in taken] == [0, 1, 2, 4]
         assert camera.dropped["lost"] == 1
 

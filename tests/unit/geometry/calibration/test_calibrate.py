@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rig.errors import CalibrationError, ConfigError
-from rig.geometry.bundle import Calibration, calibrate
+from rig.geometry.bundle import Calibration, solve_rig
 from rig.geometry.bundle.geometry_of import rodrigues_by_shared
 from rig.geometry.sighting import Sighting
 from tests.support.calibration_scene import (
@@ -29,7 +29,7 @@ POSITIONS_MM = np.linspace(0.0, 550.0, 12)
 
 def solve(scene: Scene, seed: int = 2, **options: object) -> Calibration:
     given = {"lens": "brown5", **options}
-    return calibrate(scene.sightings(seed), flat_board_mm(), SIZES_PX, NAMES, 0, **given)  # pyright: ignore[reportArgumentType]
+    return solve_rig(scene.sightings(seed), flat_board_mm(), SIZES_PX, NAMES, 0, **given)  # pyright: ignore[reportArgumentType]
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +86,7 @@ def test_gross_corners_are_left_out_and_change_nothing(found: Calibration, scene
     xy_px = sightings[7].xy_px.copy()
     xy_px[3] += (3.0, -1.0)
     sightings[7] = replace(sightings[7], xy_px=xy_px)
-    again = calibrate(sightings, flat_board_mm(), SIZES_PX, NAMES, 0, lens="brown5")
+    again = solve_rig(sightings, flat_board_mm(), SIZES_PX, NAMES, 0, lens="brown5")
     outliers = [(i, np.flatnonzero(r.outlier).tolist()) for i, r in enumerate(again.residuals)]
     assert [(i, where) for i, where in outliers if where] == [(7, [3])]
     assert again.geometry.centres_mm() == pytest.approx(found.geometry.centres_mm(), abs=5e-3)
@@ -161,15 +161,15 @@ def test_sightings_that_determine_nothing_are_refused(
     sightings: list[Sighting], error: type[Exception], says: str
 ):
     with pytest.raises(error, match=says):
-        calibrate(sightings, flat_board_mm(), SIZES_PX, NAMES, 0)
+        solve_rig(sightings, flat_board_mm(), SIZES_PX, NAMES, 0)
 
 
 def test_arguments_that_contradict_each_other_are_refused(scene: Scene):
     with pytest.raises(ConfigError, match="off its plane"):
-        calibrate([], np.ones((4, 3)), SIZES_PX, NAMES, 0)
+        solve_rig([], np.ones((4, 3)), SIZES_PX, NAMES, 0)
     with pytest.raises(ConfigError, match="reference 3 given"):
-        calibrate([], flat_board_mm(), SIZES_PX, NAMES, 3)
+        solve_rig([], flat_board_mm(), SIZES_PX, NAMES, 3)
     with pytest.raises(ConfigError, match="without a geometry"):
-        calibrate([], flat_board_mm(), SIZES_PX, NAMES, 0, fixed="all")
+        solve_rig([], flat_board_mm(), SIZES_PX, NAMES, 0, fixed="all")
     with pytest.raises(ConfigError, match="found at 2 different ones"):
         solve(scene, stage_mm={0: 1.0, 1: 2.0})

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rig.geometry.bundle import Calibration, calibrate
+from rig.geometry.bundle import Calibration, solve_rig
 from rig.geometry.bundle.depth_error import depth_sigma_mm
 from rig.geometry.sighting import Sighting
 from tests.support.calibration_scene import (
@@ -33,7 +33,7 @@ def solve(sightings: list[Sighting], **options: object) -> Calibration:
     views = 1 + max(sighting.view for sighting in sightings)
     names, sizes = ("centre", "right", "low")[:views], [(WIDTH, HEIGHT)] * views
     given = {"lens": "brown5", **options}
-    return calibrate(sightings, flat_board_mm(), sizes, names, 0, **given)  # pyright: ignore[reportArgumentType]
+    return solve_rig(sightings, flat_board_mm(), sizes, names, 0, **given)  # pyright: ignore[reportArgumentType]
 
 
 def shaken(scene: Scene, seed: int, common_px: float) -> list[Sighting]:

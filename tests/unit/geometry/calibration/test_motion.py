@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from rig.geometry.bundle import Calibration, calibrate
+from rig.geometry.bundle import Calibration, solve_rig
 from rig.geometry.sighting import Sighting
 from tests.support.calibration_scene import (
     HEIGHT,
@@ -27,7 +27,7 @@ POSITIONS_MM = np.linspace(0.0, 500.0, 8)
 def solve(sightings: list[Sighting], **options: object) -> Calibration:
     names, sizes = ("centre", "right", "low"), [(WIDTH, HEIGHT)] * 3
     given = {"lens": "brown5", **options}
-    return calibrate(sightings, flat_board_mm(), sizes, names, 0, **given)  # pyright: ignore[reportArgumentType]
+    return solve_rig(sightings, flat_board_mm(), sizes, names, 0, **given)  # pyright: ignore[reportArgumentType]
 
 
 def moved(seed: int) -> list[Sighting]:

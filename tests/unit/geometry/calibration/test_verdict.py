@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rig.geometry.bundle import Calibration, calibrate
+from rig.geometry.bundle import Calibration, solve_rig
 from rig.geometry.sighting import Sighting
 from tests.support.calibration_scene import (
     HEIGHT,
@@ -31,7 +31,7 @@ def solve(sightings: list[Sighting], **options: object) -> Calibration:
     views = 1 + max(sighting.view for sighting in sightings)
     given = {"lens": "brown5", "steps": STEPS[:views], **options}
     sizes = [(WIDTH, HEIGHT)] * views
-    return calibrate(sightings, flat_board_mm(), sizes, NAMES[:views], 0, **given)  # pyright: ignore[reportArgumentType]
+    return solve_rig(sightings, flat_board_mm(), sizes, NAMES[:views], 0, **given)  # pyright: ignore[reportArgumentType]
 
 
 def said(found: Calibration, code: str) -> str:

@@ -20,7 +20,7 @@ _PAUSE_S = 0.3
 """Between two pictures of which the second shows whether the target rests."""
 
 
-def held_pictures(
+def pictures_in_hand(
     camera: Camera,
     clock: Clock,
     target: Target,
@@ -30,7 +30,7 @@ def held_pictures(
     timeout_s: float,
     patience_s: float,
     progress: Progress,
-    held: Callable[[], AbstractContextManager[None]] = nullcontext,
+    deferred: Callable[[], AbstractContextManager[None]] = nullcontext,
 ) -> Generator[tuple[Picture, PictureSightings]]:
     """Yield pictures in which a target rests where it has not been yet.
 
@@ -45,20 +45,20 @@ def held_pictures(
         timeout_s: longest wait for a multi-view.
         patience_s: ends when nothing new has come for so long.
         progress: told of every picture, kept or not, how many are kept.
-        held: context in which an interrupt waits until the picture is stored.
+        deferred: context in which an interrupt waits until the picture is stored.
     """
-    taken = list(kept)
+    pictures = list(kept)
     before: PictureSightings | None = None
     number, since_s = first, clock.now_s()
     while clock.now_s() - since_s < patience_s:
-        with held():
+        with deferred():
             picture = Picture(number, camera.grab(timeout_s))
             now = sight(picture, target)
             moving = before is None or motion_px(before, now) > STILL_PX
             shown = f"target in {len(now.views)} of {len(now.by_view)} views"
-            progress(len(taken), f"{shown}, moving" if moving else shown)
-            if now.views and not moving and _is_new(now, taken):
-                taken.append(now)
+            progress(len(pictures), f"{shown}, moving" if moving else shown)
+            if now.views and not moving and _is_new(now, pictures):
+                pictures.append(now)
                 yield picture, now
                 number, since_s = number + 1, clock.now_s()
         before = now
@@ -70,11 +70,11 @@ def motion_px(first: PictureSightings, last: PictureSightings) -> float:
     return max(_motions_px(first, last), default=float("inf"))
 
 
-def _is_new(now: PictureSightings, taken: Sequence[PictureSightings]) -> bool:
+def _is_new(now: PictureSightings, pictures: Sequence[PictureSightings]) -> bool:
     wanted_px = _NEW_SHARE * now.sizes_px[0][0]
     return all(
         max(_motions_px(now, one), default=float("inf")) > wanted_px
-        for one in taken
+        for one in pictures
         if one.stage_mm is None
     )
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rig_drivers.stored.folder import FolderCamera
 
-from rig.calibrate.frames import stored_pictures
+from rig.calibrate.stored_pictures import stored_pictures
 from rig.devices import SystemClock
 from rig.errors import ConfigError, DeviceLostError
 from rig.profile import FolderCameraConfig, Profile

@@ -44,7 +44,7 @@ from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.sighting import Sighting
 
 Fixed = Literal["none", "intrinsics", "all"]
-"""What `start` holds still: nothing, the cameras' intrinsics, or the extrinsics as well."""
+"""What of `start` is kept: nothing, the cameras' intrinsics, or the extrinsics as well."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class _Question:
     free: Free
 
 
-def calibrate(
+def solve_rig(
     sightings: Sequence[Sighting],
     points_mm: Float,
     sizes_px: Sequence[tuple[int, int]],
@@ -86,7 +86,7 @@ def calibrate(
             share one orientation of the board.
         lens: model of all views, or `auto` to choose by cross-validation over pictures.
         start: geometry to start from instead of one found from the sightings.
-        fixed: what of `start` to hold still; its lens models then stay as they are.
+        fixed: what of `start` to keep; its lens models then stay as they are.
         steps: (V, 2) where the profile places the views, right and down, in any unit; only their
             directions are compared with what is found.
         synchronous: views are known to be exposed together: no motion of the board between them is
@@ -147,7 +147,7 @@ def _ask(
         )
     if fixed != "none" and start is None:
         raise ConfigError(
-            f"{fixed} asked to be held still without a geometry to start from",
+            f"{fixed} asked to be fixed without a geometry to start from",
             advice="give one, or leave it free",
         )
     if start is not None and (len(start.names) != len(names) or start.reference != reference):

@@ -3,19 +3,19 @@
 from collections.abc import Generator, Iterator, Sequence
 
 from rig.check.arrangement import judge_arrangement
-from rig.check.bench import Bench, Stills, see, take_stills, take_stream
-from rig.check.carried_board import judge_carried_board, judge_curve, judge_places
+from rig.check.bench import Bench, see, take_stills
+from rig.check.carried_board import judge_carried_board
+from rig.check.devices import judge_camera, judge_stream, ready_stage
 from rig.check.geometry_drift import judge_geometry_drift
 from rig.check.items import Item, failed
-from rig.check.request import CheckRequest, check_request
+from rig.check.request import CheckRequest, check_request, missing_sections
 from rig.check.scene import judge_scene
 from rig.check.span import middle_mm, plan_mm
 from rig.check.stage import judge_travel
+from rig.check.standing_board import CARRIED, judge_standing_board
 from rig.check.storage import judge_room
-from rig.check.timing import judge_drops, judge_rate, judge_skew
 from rig.devices import Camera, Clock, Stage, stopped
 from rig.errors import DeviceError, RigError, ViewSkewError
-from rig.frames import MultiView
 from rig.hardware.opening import Answers, open_what_answers
 from rig.interrupts import Interrupts
 from rig.optics.target import target_of
@@ -25,8 +25,6 @@ from rig.stored import Run, RunChoice
 
 STILLS = 16
 """Multi-views of the board at rest: the noise of each view is then known within 1 %."""
-CARRIED = ("settling", "curve", "reach", "repeatability")
-"""Items that need the board at a known distance."""
 QUESTIONS = (
     *("arrangement", "travel", "database", "stage", "camera", "skew", "rate", "drops", "board"),
     *("focus", "exposure", "locks", "noise", "likeness", "disk", *CARRIED, "geometry"),
@@ -90,7 +88,7 @@ def _on_paper(request: CheckRequest) -> Iterator[Item]:
     profile = request.profile
     yield judge_arrangement(profile)
     if profile.stage is None or profile.sweep is None:
-        yield Item("travel", "skip", f"the profile has no [{_missing(profile)[0]}]")
+        yield Item("travel", "skip", f"the profile has no [{missing_sections(profile)[0]}]")
     else:
         yield judge_travel(plan_mm(profile), profile.stage.travel_mm)
     yield request.database
@@ -98,7 +96,7 @@ def _on_paper(request: CheckRequest) -> Iterator[Item]:
 
 def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
     profile, camera, clock = request.profile, answers.camera, answers.clock
-    item, stage = _ready_stage(request, answers.stage)
+    item, stage = ready_stage(request, answers.stage)
     why_standing = "the stage was left alone" if item.status != "fail" else "the stage failed"
     yield item
     if isinstance(camera, RigError):
@@ -114,9 +112,9 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
             bench, why_standing = None, "the stage does not move as it should"
     count = 1 if profile.camera.is_stored else STILLS
     stills = take_stills(camera, count, profile.camera.timeout_s)
-    yield _camera_item(camera, stills)
+    yield judge_camera(camera, stills)
     if stills.failure is None or isinstance(stills.failure, ViewSkewError):
-        yield from _over_time(profile, camera, clock, stills)
+        yield from judge_stream(profile, camera, clock, stills)
     if not stills.multiviews:
         return
     multiviews = stills.multiviews
@@ -129,30 +127,8 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
         middle = see(request.run.optics, bench.board, multiviews[0], reached_mm)
         yield from judge_carried_board(bench, middle, request.curve)
     else:
-        yield from _standing(request, answers.stage, multiviews[0], why_standing)
+        yield from judge_standing_board(request, answers.stage, multiviews[0], why_standing)
     yield judge_geometry_drift(profile, request.run.calibration, multiviews[0])
-
-
-def _ready_stage(
-    request: CheckRequest, stage: Stage | RigError | None
-) -> tuple[Item, Stage | None]:
-    """Home the stage; return it only where it may be moved and was homed."""
-    config = request.profile.stage
-    if isinstance(stage, RigError):
-        return failed("stage", stage), None
-    if stage is None or config is None:
-        return Item("stage", "skip", "the profile has no [stage]"), None
-    named = _identity(stage)
-    if not request.moves:
-        return Item("stage", "pass", f"{named}; left alone"), None
-    if not config.may_move:
-        advice = "when the way is clear: stage.may_move = true"
-        return Item("stage", "warn", f"{named}; the profile forbids to move it", advice), None
-    try:
-        stage.home()
-    except DeviceError as error:
-        return failed("stage", error), None
-    return Item("stage", "pass", f"{named}; homed"), stage
 
 
 def _bench(run: Run, stage: Stage | None, camera: Camera, clock: Clock) -> Bench | None:
@@ -162,64 +138,3 @@ def _bench(run: Run, stage: Stage | None, camera: Camera, clock: Clock) -> Bench
         return None
     board = target_of(target)
     return Bench(run.profile, run.optics, board, config, stage, camera, clock)
-
-
-def _camera_item(camera: Camera, stills: Stills) -> Item:
-    failure = stills.failure
-    if failure is None or isinstance(failure, ViewSkewError):
-        return Item("camera", "pass", f"{_identity(camera)}; {len(camera.views)} views answer")
-    return failed("camera", failure)
-
-
-def _over_time(profile: Profile, camera: Camera, clock: Clock, stills: Stills) -> Iterator[Item]:
-    """Skew, rate and drops of a short stream."""
-    if stills.failure is not None:
-        yield failed("skew", stills.failure)
-    try:
-        stream = take_stream(camera, clock)
-    except DeviceError as error:
-        if stills.failure is None:
-            yield failed("rate", error)
-        else:
-            yield Item("rate", "skip", "no multi-views whose views are in step")
-        return
-    if stills.failure is None:
-        skews_s = [multiview.skew_s for multiview in stills.multiviews]
-        yield judge_skew([*skews_s, *stream.skews_s], profile.camera.max_skew_s)
-    yield judge_rate(stream, profile.camera.asked_rate_hz)
-    yield judge_drops(stream)
-
-
-def _standing(
-    request: CheckRequest, stage: Stage | RigError | None, multiview: MultiView, why: str
-) -> Iterator[Item]:
-    """Judge what one picture tells where the board happens to stand, and say why it stands."""
-    profile = request.profile
-    target = profile.target
-    if target is None or profile.sweep is None or stage is None or isinstance(stage, RigError):
-        absent = [f"the profile has no [{section}]" for section in _missing(profile)]
-        reason = ", ".join(absent) or "the stage does not answer, see there"
-        yield from (Item(name, "skip", reason) for name in CARRIED)
-        return
-    yield Item("settling", "skip", why)
-    try:
-        position_mm = stage.position_mm
-    except DeviceError as error:
-        yield from (Item(name, "skip", error.found, error.advice) for name in CARRIED[1:])
-        return
-    board = see(request.run.optics, target_of(target), multiview, position_mm)
-    yield judge_curve(profile, request.run.optics, board, request.curve)
-    yield judge_places(profile, [board])
-    yield Item("repeatability", "skip", why)
-
-
-def _missing(profile: Profile) -> list[str]:
-    """Return the sections without which no board is carried."""
-    sections = {"stage": profile.stage, "sweep": profile.sweep, "target": profile.target}
-    return [name for name, section in sections.items() if section is None]
-
-
-def _identity(device: Camera | Stage) -> str:
-    """What tells it from others, in one line; the controls of single cameras are left out."""
-    parts = device.identity.items()
-    return ", ".join(f"{key} {value}" for key, value in parts if value and "." not in key)
