@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rig.capture.frozen import frozen_views
+from rig.curve_rows import expecting_rows, require_same_rows
 from rig.depth import DepthMap, depth_from_slopes
 from rig.devices import Camera
 from rig.epipolar import Placement, SlopeMap, SlopePrior, estimate_slopes
@@ -73,7 +74,8 @@ def run_capture(run: Run, camera: Camera, tally: CaptureTally) -> Iterator[Measu
     again in the second multi-view after it.
 
     Rows and light that do not agree are measured in the first multi-view that is searched
-    exhaustively, and mended in it and all that follow.
+    exhaustively, and mended in it and all that follow; rows start from what they missed by when the
+    curve was made.
 
     Views that the first multi-view shows off the places that they are told to have are taken where
     they are from then on, with a warning.
@@ -84,6 +86,7 @@ def run_capture(run: Run, camera: Camera, tally: CaptureTally) -> Iterator[Measu
     slopes that no distance explains.
 
     Raises:
+        CurveError: rows miss otherwise than when the curve was made.
         DeviceError: the camera failed.
         SlopeError: the images give no slopes at all, or the reference view is frozen.
     """
@@ -99,12 +102,13 @@ def run_capture(run: Run, camera: Camera, tally: CaptureTally) -> Iterator[Measu
             tally.skewed += 1
             continue
         views = optics.views([frame.image for frame in multiview.frames])
-        views = replace(views, mending=mending)
+        views = replace(expecting_rows(run, views), mending=mending)
         if placement is not None:
             views = views.placed(placement)
         views, warnings = moving_views(views, frozen_views(last, multiview))
         last = multiview
         slopes = optics.answered(estimate_slopes(views, profile.slopes.range_px, hypothesis))
+        require_same_rows(run, slopes.mending)
         slopes = replace(slopes, warnings=warnings + slopes.warnings)
         if slopes.placement is not None and len(slopes.placement.steps) == len(multiview.frames):
             placement = slopes.placement

@@ -65,9 +65,10 @@ def fit_together(
     elif first.is_told:
         light = _no_light(pictures)
     else:
-        drift, light = RowDrift(expected, find_row_errors(_grey(pictures), cameras, first)), None
-        if drift.left.any:
-            rows = expected.plus(drift.left)
+        left, light = find_row_errors(_grey(pictures), cameras, first), None
+        drift = RowDrift(expected, left, np.hypot(views.x_steps, views.y_steps))
+        if left.any:
+            rows = expected.plus(left)
             pictures = _mended(views.images, rows)
             first = replace(first, images=small_pictures(_grey(pictures), first.factor))
     known_noise = None if known is None else known.noise

@@ -20,10 +20,12 @@ class RowDrift:
     expected: RowErrors
     left: RowErrors
     """Of the same views, measured once the expected ones were taken out."""
+    steps: Float
+    """(V,) how far the views stand from the reference, view steps."""
 
     def kept(self, kept: NDArray[np.bool_]) -> "RowDrift":
         """Return that of some of the views, (V,)."""
-        return RowDrift(self.expected.kept(kept), self.left.kept(kept))
+        return RowDrift(self.expected.kept(kept), self.left.kept(kept), self.steps[kept])
 
     @property
     def sure_px(self) -> Float:
