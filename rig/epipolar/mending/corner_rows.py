@@ -53,17 +53,19 @@ def rows_of_corners(
         A field of every view with enough corners, also where its rows meet.
     """
     nowhere = np.zeros(0), np.zeros(0)
-    across = np.zeros((len(corners), 2))
+    across, per_slope = np.zeros((len(corners), 2)), np.zeros(len(corners))
     fields: list[SmoothField | None] = [None] * len(corners)
     places = [nowhere] * len(corners)
     for i, seen in enumerate(corners):
         if seen is not None and len(seen.x_px) > TERMS:
             across[i] = directions(float(x_steps[i]), float(y_steps[i]))[1]
-            fields[i], places[i] = _field(seen, shape), (seen.x_px, seen.y_px)
-    return RowErrors.of(tuple(fields), across, places)
+            fields[i], per_slope[i] = _field(seen, shape)
+            places[i] = seen.x_px, seen.y_px
+    return RowErrors.of(tuple(fields), across, places, per_slope)
 
 
-def _field(seen: CornersBeside, shape: tuple[int, int]) -> SmoothField:
+def _field(seen: CornersBeside, shape: tuple[int, int]) -> tuple[SmoothField, float]:
+    """The field, and what follows the slope."""
     sigmas = np.full(len(seen.x_px), _CORNER_PX)
 
     def fit(values: Float) -> SmoothField:
@@ -77,7 +79,9 @@ def _field(seen: CornersBeside, shape: tuple[int, int]) -> SmoothField:
     slope, beside = rest(seen.slope_px), rest(seen.across_px)
     power = float(slope @ slope)
     if power < len(slope) * _LEAST_SPREAD_PX**2:
-        return fit(seen.across_px)
+        return fit(seen.across_px), 0.0
     rate = float(slope @ beside) / power
     error = float(np.std(beside - rate * slope)) / power**0.5
-    return fit(seen.across_px - (rate * seen.slope_px if abs(rate) > _SURE * error else 0.0))
+    if abs(rate) <= _SURE * error:
+        return fit(seen.across_px), 0.0
+    return fit(seen.across_px - rate * seen.slope_px), rate

@@ -65,7 +65,8 @@ def fit_together(
     elif first.is_told:
         light = _no_light(pictures)
     else:
-        left, light = find_row_errors(_grey(pictures), cameras, first), None
+        left = find_row_errors(_grey(pictures), cameras, first, expected.per_slope)
+        light = None
         drift = RowDrift(expected, left, np.hypot(views.x_steps, views.y_steps))
         if left.any:
             rows = expected.plus(left)

@@ -31,25 +31,32 @@ class RowErrors:
     """(V,) over the measured places, 0 where rows meet."""
     worst: tuple[str, ...]
     """Of each view, how far and where its error is largest, for people."""
+    per_slope: Float
+    """(V,) px across per px of slope: cameras that stand off their places, known from a sweep. No
+    error of the rows, and not taken out with them (`rig.epipolar.placement` finds it); 0 where
+    unknown."""
 
     def __post_init__(self) -> None:
         views = len(self.fields)
-        if self.across.shape != (views, 2) or self.rms_px.shape != (views,):
-            raise ValueError(f"directions {self.across.shape} and sizes of {views} views")
+        shapes = self.across.shape, self.rms_px.shape, self.per_slope.shape
+        if shapes != ((views, 2), (views,), (views,)):
+            raise ValueError(f"arrays of {shapes} for {views} views")
         if len(self.worst) != views:
             raise ValueError(f"{len(self.worst)} descriptions of {views} views")
 
     @classmethod
     def none(cls, views: int) -> "RowErrors":
         """Return those of views whose rows meet."""
-        return cls((None,) * views, np.zeros((views, 2)), np.zeros(views), ("",) * views)
+        nothing = np.zeros(views)
+        return cls((None,) * views, np.zeros((views, 2)), nothing, ("",) * views, nothing)
 
     @classmethod
     def of(
         cls,
         fields: tuple[SmoothField | None, ...],
         across: Float,
-        places: list[tuple[Float, Float]],
+        places: Sequence[tuple[Float, Float]],
+        per_slope: Float | None = None,
     ) -> "RowErrors":
         """Judge fields at places (x, y) in the picture of each view, px.
 
@@ -57,14 +64,15 @@ class RowErrors:
             fields: of each view.
             across: (V, 2) unit vectors across the lines.
             places: of each view, two arrays (N,): where its field counts.
+            per_slope: (V,); None where unknown.
         """
         judged = [
             _judged(field, direction, *where)
             for field, direction, where in zip(fields, across, places, strict=True)
         ]
-        return cls(
-            fields, across, np.array([rms for rms, _ in judged]), tuple(said for _, said in judged)
-        )
+        rms_px, worst = np.array([rms for rms, _ in judged]), tuple(said for _, said in judged)
+        none = np.zeros(len(fields))
+        return cls(fields, across, rms_px, worst, none if per_slope is None else per_slope)
 
     @property
     def any(self) -> bool:
@@ -89,22 +97,24 @@ class RowErrors:
         """
         if not left.any:
             return self
-        if not self.any:
-            return left
         fields = tuple(
-            first if second is None or rms == 0.0 else second.on_top_of(first)
-            for first, second, rms in zip(self.fields, left.fields, left.rms_px, strict=True)
+            first
+            if rms == 0.0 or second is None
+            else second.on_top_of(first if was > 0.0 else None)
+            for first, second, was, rms in zip(
+                self.fields, left.fields, self.rms_px, left.rms_px, strict=True
+            )
         )
         places = [(np.zeros(0),) * 2 if one is None else grid_of(one.shape) for one in fields]
         across = np.where(self.across.any(axis=1)[:, None], self.across, left.across)
-        joined = RowErrors.of(fields, across, places)
-        same = left.rms_px == 0.0
+        joined, same = RowErrors.of(fields, across, places), left.rms_px == 0.0
         worst = zip(same, self.worst, joined.worst, strict=True)
         return RowErrors(
             fields,
             across,
             np.where(same, self.rms_px, joined.rms_px),
             tuple(before if is_same else now for is_same, before, now in worst),
+            self.per_slope,
         )
 
     def lines(self, names: Sequence[str]) -> tuple[str, ...]:
@@ -139,6 +149,7 @@ class RowErrors:
             self.across[kept],
             self.rms_px[kept],
             tuple(self.worst[i] for i in chosen),
+            self.per_slope[kept],
         )
 
     @property

@@ -54,13 +54,20 @@ _LEAST_SPREAD_PX = 0.5
 _NOWHERE = np.zeros(0), np.zeros(0)
 
 
-def find_row_errors(images: NDArray[np.generic], cameras: Cameras, first: FirstMatch) -> RowErrors:
+def find_row_errors(
+    images: NDArray[np.generic],
+    cameras: Cameras,
+    first: FirstMatch,
+    per_slope: Float | None = None,
+) -> RowErrors:
     """Measure by how much the views lie across their lines.
 
     Args:
         images: (V, H, W) grey values as they come.
         cameras: where the views stand.
         first: a first match of smaller pictures.
+        per_slope: (V,) what lies across is known to be in proportion to the slope, px per px; it is
+            taken off. None where nothing is known.
     """
     views, shape = len(images), (images.shape[1], images.shape[2])
     small, factor, reference = first.images, first.factor, cameras.reference
@@ -88,6 +95,9 @@ def find_row_errors(images: NDArray[np.generic], cameras: Cameras, first: FirstM
             factor * found.across_px, steps, _REACH_PX,
         )  # fmt: skip
         found = found[found.sigma_px < _SURE_PX]
+        if per_slope is not None:
+            slope_px = -found.along_px / np.hypot(*steps)
+            found = replace(found, across_px=found.across_px - per_slope[i] * slope_px)
         if len(found.rows) >= _FEWEST:
             fields[i], places[i] = _field(found, steps, shape)
     judged = RowErrors.of(tuple(fields), across, places)

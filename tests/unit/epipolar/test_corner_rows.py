@@ -38,6 +38,7 @@ def test_rows_are_parted_from_a_camera_off_its_place(per_slope: float):
     assert field is not None
     y_px, x_px = np.mgrid[20:180, 20:300].reshape(2, -1).astype(np.float64)
     assert np.abs(field.at(x_px, y_px) - field_px(x_px, y_px, 1.2)).max() < 0.01
+    assert found.per_slope == pytest.approx([0.0, per_slope, 0.0], abs=2e-4)
 
 
 def test_what_misses_is_said_by_name_and_what_meets_is_known_to_meet():
@@ -71,7 +72,10 @@ def test_what_is_left_joins_what_was_taken_out():
     assert field.at(x_px, y_px) == pytest.approx(field_px(x_px, y_px, 1.7), abs=0.02)
     assert both.lines(NAMES) == ("rows: right is 1.7 px low at the bottom left; calibrate",)
     assert first.plus(rows(0.0)) is first
-    assert rows(0.0).plus(left) is left
+    assert rows(0.0, PER_SLOPE).plus(left).lines(NAMES) == (
+        "rows: right is 0.5 px low at the bottom left; calibrate",
+    )
+    assert rows(0.0, PER_SLOPE).plus(left).per_slope[1] == pytest.approx(PER_SLOPE, abs=2e-4)
 
 
 def test_a_stored_value_comes_back_to_the_last_digit():
