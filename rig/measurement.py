@@ -58,6 +58,10 @@ class Measurement:
     """Pixels of the reference view that took part."""
     views: tuple[str, ...] = ()
     """Names of the views that took part."""
+    across_px: tuple[tuple[float, ...], ...] | None = None
+    """By how much the corners, row by row, lie across their lines in each of `views`."""
+    size_px: tuple[int, int] | None = None
+    """Width and height of the rectified reference view."""
     failure: Failure | None = None
     """Set when there is no slope."""
 

@@ -108,6 +108,9 @@ class StoredCurve:
     """Whether captures may pick it."""
     calibration_id: int | None = None
     """Geometric calibration that its slopes were measured with; None for pictures as they are."""
+    row_errors: Json | None = None
+    """What the rows of the views missed by in its sweep (`rig.epipolar.mending.row_errors`); None
+    where nobody looked: its slopes may be those of rows that do not meet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,3 +155,5 @@ class HistoryRow:
     """Newest curve of this sweep."""
     holdout_rms_pct: float | None
     """rms depth error of that curve at held-out distances, per cent."""
+    rows_rms_px: float | None = None
+    """By how much the rows of its worst view missed, rms; None where nobody looked."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from rig.curve import Curve
+from rig.epipolar.mending.row_errors import ROW_ERRORS_JSON, RowErrors
 from rig.errors import ConfigError, CurveError
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.rig_geometry_json import geometry_from_json
@@ -59,6 +60,8 @@ class RunCurve:
     curve: Curve
     sweep_id: int | None
     """Where it comes from."""
+    row_errors: RowErrors | None = None
+    """What the rows of the views missed by when it was made; None where nobody looked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +151,8 @@ def find_curve(store: "Store", run: Run, curve_id: int | None = None) -> RunCurv
     """
     stored = store.active_curve(run.profile.name) if curve_id is None else store.curve(curve_id)
     require_matching(run, stored_profile(store.sweep(stored.sweep_id)), stored)
-    return RunCurve(stored.id, Curve.from_json(stored.curve), stored.sweep_id)
+    rows = None if stored.row_errors is None else ROW_ERRORS_JSON.from_json(stored.row_errors)
+    return RunCurve(stored.id, Curve.from_json(stored.curve), stored.sweep_id, rows)
 
 
 def stored_profile(stored: Sweep | StoredCalibration) -> Profile:

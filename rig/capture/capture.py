@@ -86,6 +86,7 @@ def capture_depth(
         progress: told of every measured multi-view.
 
     Raises:
+        CurveError: rows miss otherwise than when the curve was made.
         DeviceError: the camera failed; what was written before is kept.
         StoreError: the folder or the recording cannot be written.
     """

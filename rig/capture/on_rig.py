@@ -26,7 +26,7 @@ def capture_on_rig(
 
     Raises:
         ConfigError: the calibration does not fit the rig.
-        CurveError: the curve does not fit the rig.
+        CurveError: the curve does not fit the rig, or its rows miss otherwise than then.
         DeviceError: the camera failed; what was written before is kept.
         StoreError: no such calibration or curve, or folder or recording cannot be written.
     """

@@ -30,6 +30,7 @@ def history(*, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
                         "samples": row.samples,
                         "curve": row.curve_id,
                         "holdout_rms_pct": row.holdout_rms_pct,
+                        "rows_rms_px": row.rows_rms_px,
                     }
                     for row in rows
                 ],
@@ -61,10 +62,14 @@ def history(*, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
             str(row.samples),
             "" if row.curve_id is None else str(row.curve_id),
             "" if row.holdout_rms_pct is None else f"{row.holdout_rms_pct:.4f}",
+            "" if row.rows_rms_px is None else f"{row.rows_rms_px:.2f}",
         ]
         for row in rows
     ]
-    header = ("sweep", "rig", "started", "state", "stops", "samples", "curve", "held-out rms %")
+    header = (
+        *("sweep", "rig", "started", "state", "stops", "samples", "curve"),
+        *("held-out rms %", "rows miss px"),
+    )
     for line in table(cells, header):
         show(line)
 

@@ -31,6 +31,7 @@ def result_as_dict(result: "SweepResult") -> dict[str, object]:
         "failed_gates": list(result.failed_gates),
         "alignment": alignment_as_dict(result.alignment),
         "epipolar_px": result.epipolar_px,
+        "rows": list(result.row_lines),
         "calibration": None if use is None else use_as_dict(use),
         "times": None if result.times is None else asdict(result.times),
     }
@@ -56,6 +57,7 @@ def result_lines(result: "SweepResult") -> list[str]:
             f"epipolar error: mean {errors['mean']:.3f} px, 95th percentile "
             f"{errors['p95']:.3f} px, largest {errors['max']:.3f} px"
         )
+    lines += result.row_lines
     lines += alignment_lines(result.alignment)
     lines += [f"note: {warning}" for warning in result.fit.warnings]
     if result.times is not None:

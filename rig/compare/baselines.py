@@ -4,7 +4,8 @@ OpenCV's matchers run with the settings of OpenCV's own sample `stereo_match.cpp
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import cast
 
 import cv2
 import numpy as np
@@ -13,6 +14,8 @@ from numpy.typing import NDArray
 from rig.compare.fill import fill_background
 from rig.compare.pair import Pair, Span, best_pair
 from rig.epipolar import RectifiedViews, estimate_slopes
+from rig.epipolar.mending.row_errors import RowErrors
+from rig.epipolar.views import Image
 from rig.errors import SlopeError
 
 Map = NDArray[np.float32]
@@ -132,6 +135,20 @@ def _matched(matcher: cv2.StereoMatcher, pair: Pair, first: int, count: int) -> 
     scale = cv2.StereoMatcher_DISP_SCALE
     disparity_px = sixteenths.astype(np.float32) / np.float32(scale)
     return np.where(sixteenths > (first - 1) * scale, disparity_px, np.float32(np.nan))
+
+
+def rows_met(views: RectifiedViews, row_errors: RowErrors) -> RectifiedViews:
+    """Return grey views for the matchers, with the rows that ours are given: they cannot mend them.
+
+    Light that differs is left to them: each has its own way of not seeing it.
+    """
+    if not row_errors.any:
+        return views
+    mended = row_errors.mended(views.images)
+    kind = views.images.dtype
+    if kind != np.float32:
+        mended = np.clip(np.rint(mended), 0, np.iinfo(kind).max).astype(kind)
+    return replace(views, images=cast("Image", mended), row_errors=None, mending=None)
 
 
 def _ours(views: RectifiedViews, slope_range_px: Span) -> Map:

@@ -69,6 +69,7 @@ def compare_methods(
 
     Raises:
         ConfigError: the sweep is of another rig, or the extra `report` is not installed.
+        CurveError: rows miss otherwise than when the curve was made.
         DeviceError: the camera failed.
         SlopeError: no frames came, they hold no stereo pair, or they give no slopes.
         StoreError: no such sweep, frames of it are missing, or the folder cannot be written.
@@ -105,7 +106,7 @@ def _distances(run: Run, store: Store, sweep: Sweep, progress: Progress) -> tupl
         return ()
     samples, measurements = store.samples(sweep.id), store.measurements(sweep.id)
     return compare_distances(
-        run_of_sweep(store, sweep), run.curve.curve, samples, measurements, store.load, progress
+        run_of_sweep(store, sweep), run.curve, samples, measurements, store.load, progress
     )
 
 

@@ -1,13 +1,13 @@
 """Error against distance: every method on the board of a sweep, judged by the stage."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.compare.baselines import BASELINES, OURS, Map
+from rig.compare.baselines import BASELINES, OURS, Map, rows_met
 from rig.compare.pair import DISPARITY_BLOCK, Span, best_pair
 from rig.curve import Curve
 from rig.epipolar import RectifiedViews, SlopePrior, estimate_slopes
@@ -16,7 +16,7 @@ from rig.measurement import Measurement
 from rig.optics.optics import Optics
 from rig.progress import Progress
 from rig.records import Sample, SampleKey
-from rig.stored import Run
+from rig.stored import Run, RunCurve
 
 WITH_PLANE = "rig, plane known"
 """Ours as a sweep runs it: the board's plane as a hypothesis."""
@@ -85,7 +85,7 @@ class BoardPlane:
 
 def compare_distances(
     run: Run,
-    curve: Curve,
+    curve: RunCurve,
     samples: Sequence[Sample],
     measurements: Mapping[SampleKey, Measurement],
     load: Callable[[Sample], MultiView],
@@ -99,7 +99,8 @@ def compare_distances(
 
     Args:
         run: as the sweep was measured.
-        curve: what turns slopes into distance.
+        curve: what turns slopes into distance, and what the rows of the views miss by: all methods
+            get them brought together.
         samples: of a sweep; the first with a board at each distance is used.
         measurements: of the samples.
         load: reads the images of a sample.
@@ -114,12 +115,12 @@ def compare_distances(
     for sample in samples:
         if sample.stop.distance_mm in errors or sample.key not in measurements:
             continue
-        views = optics.views(load(sample).stack())
+        views = replace(optics.views(load(sample).stack()), row_errors=curve.row_errors)
         board = BoardPlane.of(measurements[sample.key], views.shape)
         if board is None:
             continue
         distance_mm = optics.distance_mm(sample.reached_mm)
-        at_distance = _at_distance(optics, views, board, curve, distance_mm, slope_range_px)
+        at_distance = _at_distance(optics, views, board, curve.curve, distance_mm, slope_range_px)
         errors[sample.stop.distance_mm] = at_distance
         progress(len(errors), f"board at {sample.reached_mm:.1f} mm")
     return tuple(sorted(errors.values(), key=lambda at_distance: at_distance.distance_mm))
@@ -134,7 +135,9 @@ def _at_distance(
     slope_range_px: Span,
 ) -> BoardErrors:
     window_px = board.window_px(best_pair(views).baseline_steps)
-    slopes = {method.name: method.run(views, window_px) for method in (OURS, *BASELINES)}
+    met = views if views.row_errors is None else rows_met(views, views.row_errors)
+    slopes = {method.name: method.run(met, window_px) for method in BASELINES}
+    slopes |= {OURS.name: OURS.run(views, window_px)}
 
     def on_axis(slope_px: Map) -> Map:
         return curve.without_field(optics.axis_slopes_px(slope_px))

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rig.compare.baselines import BASELINES, FILLED, OURS, Map
+from rig.compare.baselines import BASELINES, FILLED, OURS, Map, Method, rows_met
 from rig.compare.pair import Span, best_pair
-from rig.epipolar import RectifiedViews
+from rig.curve_rows import expecting_rows, require_same_rows
+from rig.epipolar import RectifiedViews, estimate_slopes
+from rig.epipolar.mending.row_errors import RowErrors
 from rig.errors import SlopeError
 from rig.frames import GreyImage, MultiView
 from rig.stored import Run
@@ -51,15 +53,42 @@ class FrameComparison:
     """By method, of the first multi-view: depth in mm with a curve, else slope in px."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """Rectified views of one multi-view."""
+
+    views: RectifiedViews
+    """For ours, which mends rows itself."""
+    mended: RectifiedViews
+    """For the matchers: rows are brought together as ours brings them."""
+
+    @classmethod
+    def of(cls, run: Run, multiview: MultiView) -> "_Frame":
+        """Rectify a multi-view and bring its rows together; see `compare_frames`."""
+        views = expecting_rows(run, run.optics.views(multiview.stack()))
+        found = estimate_slopes(views, run.profile.slopes.range_px).mending
+        require_same_rows(run, found)
+        if found is None or len(found.rows.fields) != len(views.images):
+            rows = views.row_errors or RowErrors.none(len(views.images))
+        else:
+            rows = found.rows
+        return cls(views, rows_met(views, rows))
+
+    def slopes_px(self, method: Method, slope_range_px: Span) -> Map:
+        """Slopes by one of the methods."""
+        return method.run(self.views if method is OURS else self.mended, slope_range_px)
+
+
 def compare_frames(run: Run, multiviews: Iterable[MultiView]) -> FrameComparison:
     """Run every method on every multi-view.
 
     Args:
-        run: the rig; all methods get its rectified views and search the `slopes.range_px` of its
-            profile. Without a curve slopes are compared only.
+        run: the rig; all methods get its rectified views with the same rows and search the
+            `slopes.range_px` of its profile. Without a curve slopes are compared only.
         multiviews: one or more.
 
     Raises:
+        CurveError: rows miss otherwise than when the curve was made.
         SlopeError: there was no multi-view, it holds no stereo pair, or images give no slopes.
     """
     profile, series = run.profile, tuple(multiviews)
@@ -69,8 +98,8 @@ def compare_frames(run: Run, multiviews: Iterable[MultiView]) -> FrameComparison
             f"within {1e3 * profile.camera.max_skew_s:.1f} ms",
             advice="check the camera and its sync",
         )
-    frames = [run.optics.views(multiview.stack()) for multiview in series]
-    pair = best_pair(frames[0])
+    frames = [_Frame.of(run, multiview) for multiview in series]
+    pair = best_pair(frames[0].mended)
     first_px, count = pair.disparities(profile.slopes.range_px)
     slopes, durations_s = _run_all(frames, profile.slopes.range_px)
     scores: list[FrameScore] = []
@@ -109,7 +138,7 @@ def _answer(run: Run, slope_px: Map) -> Map:
 
 
 def _run_all(
-    frames: Sequence[RectifiedViews], slope_range_px: Span
+    frames: Sequence[_Frame], slope_range_px: Span
 ) -> tuple[dict[str, list[Map]], dict[str, list[float]]]:
     """Slopes of every method on every frame, and the times of the runs after a first one.
 
@@ -119,9 +148,9 @@ def _run_all(
     durations_s: dict[str, list[float]] = {method.name: [] for method in METHODS}
     for frame in frames:
         for method in METHODS:
-            slopes[method.name].append(method.run(frame, slope_range_px))
+            slopes[method.name].append(frame.slopes_px(method, slope_range_px))
         for method in METHODS * _REPEATS:
             begun_s = time.perf_counter()
-            method.run(frame, slope_range_px)
+            frame.slopes_px(method, slope_range_px)
             durations_s[method.name].append(time.perf_counter() - begun_s)
     return slopes, durations_s

@@ -151,6 +151,8 @@ def measurement_value(row: MeasurementRow) -> Measurement:
         residual_levels=details.residual_levels,
         edge_pixels=details.edge_pixels,
         views=details.views,
+        across_px=details.across_px,
+        size_px=details.size_px,
         failure=failure,
     )
 
@@ -167,6 +169,7 @@ def curve_value(row: CurveRow) -> StoredCurve:
         versions=row.versions,
         active=row.active,
         calibration_id=row.calibration_id,
+        row_errors=row.row_errors,
     )
 
 

@@ -13,7 +13,14 @@ class CurveShelf(Transactions):
     """Curves of every rig; none is ever changed or replaced."""
 
     def save_curve(
-        self, sweep_id: int, *, curve: Json, holdout: Json, versions: Json, active: bool = True
+        self,
+        sweep_id: int,
+        *,
+        curve: Json,
+        holdout: Json,
+        versions: Json,
+        active: bool = True,
+        row_errors: Json | None = None,
     ) -> int:
         """Store a curve of the rig of a sweep, measured with the calibration of the sweep.
 
@@ -23,6 +30,7 @@ class CurveShelf(Transactions):
             holdout: its error at the held-out distances; `rig history` shows `rms_pct`.
             versions: see `software_versions`.
             active: whether captures may pick it.
+            row_errors: what the rows missed by; None where nobody knows.
 
         Returns:
             The id of the curve.
@@ -40,6 +48,7 @@ class CurveShelf(Transactions):
                 versions=dict(versions),
                 active=active,
                 calibration_id=queries.sweep_row(session, sweep_id).calibration_id,
+                row_errors=None if row_errors is None else dict(row_errors),
             )
             session.add(row)
             session.flush()

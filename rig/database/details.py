@@ -23,6 +23,8 @@ class Details:
     corners_px: tuple[tuple[Point, ...], ...] | None = None
     """The first versions wrote an empty list where they knew none."""
     outline_px: tuple[Point, ...] | None = None
+    across_px: tuple[tuple[float, ...], ...] | None = None
+    size_px: tuple[int, int] | None = None
 
     @property
     def epipolar(self) -> EpipolarError | None:
@@ -46,6 +48,8 @@ def details_json(measurement: Measurement) -> dict[str, object]:
             plane_sigma=measurement.plane_sigma,
             corners_px=measurement.corners_px,
             outline_px=measurement.outline_px,
+            across_px=measurement.across_px,
+            size_px=measurement.size_px,
         )
     )
     return {name: value for name, value in content.items() if value not in (None, [])}

@@ -191,12 +191,7 @@ def history_rows(session: Session) -> tuple[HistoryRow, ...]:
         select(SampleRow.sweep_id, func.count()).group_by(SampleRow.sweep_id, SampleRow.stop)
     ):
         taken.setdefault(sweep_id, []).append(count)
-    newest = {
-        sweep_id: (curve_id, holdout.get("rms_pct"))
-        for sweep_id, curve_id, holdout in session.execute(
-            select(CurveRow.sweep_id, CurveRow.id, CurveRow.holdout).order_by(CurveRow.id)
-        )
-    }
+    newest = {row.sweep_id: row for row in session.scalars(select(CurveRow).order_by(CurveRow.id))}
     return tuple(
         _history_row(row, planned.get(row.id, 0), taken.get(row.id, []), newest.get(row.id))
         for row in session.scalars(select(SweepRow).order_by(SweepRow.id))
@@ -204,9 +199,9 @@ def history_rows(session: Session) -> tuple[HistoryRow, ...]:
 
 
 def _history_row(
-    row: SweepRow, planned: int, taken: Sequence[int], newest: tuple[int, object] | None
+    row: SweepRow, planned: int, taken: Sequence[int], newest: CurveRow | None
 ) -> HistoryRow:
-    curve_id, rms_pct = newest if newest is not None else (None, None)
+    rms_pct = None if newest is None else newest.holdout.get("rms_pct")
     return HistoryRow(
         id=row.id,
         rig=row.rig,
@@ -216,9 +211,15 @@ def _history_row(
         stops_done=sum(count >= row.samples_per_stop for count in taken),
         stops_planned=planned,
         samples=sum(taken),
-        curve_id=curve_id,
+        curve_id=None if newest is None else newest.id,
         holdout_rms_pct=rms_pct if isinstance(rms_pct, float) else None,
+        rows_rms_px=None if newest is None else _rows_rms_px(newest),
     )
+
+
+def _rows_rms_px(row: CurveRow) -> float | None:
+    rms_px = {} if row.row_errors is None else row.row_errors.get("rms_px")
+    return max(cast("list[float]", rms_px)) if isinstance(rms_px, list) and rms_px else None
 
 
 def _sample_id(session: Session, sweep_id: int, key: SampleKey) -> int | None:

@@ -12,7 +12,7 @@ from rig.database.tables import Row
 from rig.database.trouble import explained
 from rig.errors import StoreError
 
-REVISIONS = ("rig_0001", "rig_0002", "rig_0003")
+REVISIONS = ("rig_0001", "rig_0002", "rig_0003", "rig_0004")
 """Every schema this program knows, oldest first; a test holds them to `migrations/versions`."""
 
 MIGRATIONS = Path(__file__).parent / "migrations"

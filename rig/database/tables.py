@@ -149,6 +149,7 @@ class CurveRow(Row):
     versions: Mapped[dict[str, object]]
     active: Mapped[bool]
     calibration_id: Mapped[int | None] = mapped_column(ForeignKey("calibrations.id"))
+    row_errors: Mapped[dict[str, object] | None]
 
 
 class CalibrationRow(Row):

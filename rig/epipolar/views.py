@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rig.arrays import Float
 from rig.epipolar.mending.mending import Mending
+from rig.epipolar.mending.row_errors import RowErrors
 from rig.epipolar.noise.model import NoiseModel
 from rig.epipolar.placement.placement import Placement
 from rig.errors import SlopeError
@@ -58,6 +59,9 @@ class RectifiedViews:
     mending: Mending | None = None
     """What the last multi-view of these cameras showed to be wrong with their pictures
     (`SlopeMap.mending`), to be taken out of these too; None to look for it."""
+    row_errors: RowErrors | None = None
+    """What the rows of these cameras missed by when their curve was made: taken out where no later
+    mending is known, and what is left is looked for; None where nothing is known."""
 
     def __post_init__(self) -> None:
         shapes = {np.shape(image) for image in self.images}

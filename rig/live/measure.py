@@ -6,6 +6,7 @@ from typing import cast
 
 import numpy as np
 
+from rig.curve_rows import expecting_rows, require_same_rows
 from rig.depth import DepthMap, depth_from_slopes
 from rig.epipolar import Placement, RectifiedViews, SlopeMap, SlopePrior, estimate_slopes
 from rig.epipolar.mending.mending import Mending
@@ -24,7 +25,8 @@ class DepthMeter:
     """Measures the multi-views of one opened camera, in their order.
 
     Rows and light that do not agree are measured in the first multi-view that is searched
-    exhaustively, and mended in it and all that follow.
+    exhaustively, and mended in it and all that follow; rows start from what they missed by when the
+    curve was made.
 
     Views that the first multi-view shows off the places that they are told to have are taken where
     they are from then on, with a warning.
@@ -55,18 +57,20 @@ class DepthMeter:
                 second multi-view after it.
 
         Raises:
+            CurveError: rows miss otherwise than when the curve was made.
             SlopeError: the images give no slopes at all, or the reference view is frozen.
         """
         begun_s = time.perf_counter()
         run, count = self._run, len(multiview.frames)
         rectified = run.optics.views([frame.image for frame in multiview.frames])
-        views = replace(rectified, mending=self._mending)
+        views = replace(expecting_rows(run, rectified), mending=self._mending)
         if self._placement is not None:
             views = views.placed(self._placement)
         views, warnings = moving_views(views, frozen_views(self._last, multiview))
         self._last = multiview
         hypothesis = self._hypothesis if follows else None
         found = estimate_slopes(views, run.profile.slopes.range_px, hypothesis)
+        require_same_rows(run, found.mending)
         slopes = run.optics.answered(found)
         slopes = replace(slopes, warnings=warnings + slopes.warnings)
         if slopes.placement is not None and len(slopes.placement.steps) == count:

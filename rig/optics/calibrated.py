@@ -46,6 +46,16 @@ class CalibratedOptics:
         self.noise = noise
         self._reference = rectification.geometry.reference
 
+    @property
+    def x_steps(self) -> Float:
+        """(V,) places of the views, as the calibration found them."""
+        return self.rectification.x_steps
+
+    @property
+    def y_steps(self) -> Float:
+        """(V,)."""
+        return self.rectification.y_steps
+
     def board_views(self, images: GreyImage) -> BoardViews:
         """Return raw pictures (V, H, W) and the way into them.
 

@@ -26,6 +26,16 @@ class Optics(Protocol):
         """Number of the calibration; None for pictures as they are."""
         ...
 
+    @property
+    def x_steps(self) -> Float:
+        """(V,) places of the views, view steps right of the reference."""
+        ...
+
+    @property
+    def y_steps(self) -> Float:
+        """(V,), below it."""
+        ...
+
     def board_views(self, images: GreyImage) -> BoardViews:
         """Return pictures (V, H, W) for measuring a board: never resampled.
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from rig.curve import CurveFit, Headline, fit_curve, headline
 from rig.database import Store, software_versions
+from rig.epipolar.mending.row_errors import ROW_ERRORS_JSON, RowErrors
 from rig.errors import CurveError
 from rig.stored import run_of_sweep, stored_profile
 from rig.sweep.alignment import Alignment, board_field, measure_alignment
@@ -12,6 +13,7 @@ from rig.sweep.calibration_use import CalibrationUse, calibration_use
 from rig.sweep.gates import Gate, quality_gates
 from rig.sweep.points import StopResult, stop_results, without_field
 from rig.sweep.request import sweep_setup
+from rig.sweep.rows import rows_of_sweep
 from rig.sweep.take import SweepTimes
 
 REPORT_FILE = "report.html"
@@ -33,6 +35,10 @@ class SweepResult:
     alignment: Alignment
     calibration: CalibrationUse | None
     """None where pictures and stage positions were taken as they are."""
+    row_errors: RowErrors | None
+    """What the rows of the views miss by; None where the samples were measured without looking."""
+    views: tuple[str, ...]
+    """Their names."""
     times: SweepTimes | None
     """None where the slopes were computed again from stored frames."""
 
@@ -45,6 +51,11 @@ class SweepResult:
     def holdout(self) -> dict[str, object]:
         """Error at the held-out distances, as it is stored; empty where there were none."""
         return _holdout(self.fit)
+
+    @property
+    def row_lines(self) -> tuple[str, ...]:
+        """What to say of rows that do not meet, one line for each view; nothing where all do."""
+        return () if self.row_errors is None else self.row_errors.lines(self.views)
 
     @property
     def epipolar_px(self) -> dict[str, float] | None:
@@ -70,6 +81,9 @@ def conclude_sweep(store: Store, sweep_id: int, times: SweepTimes | None = None)
         holdout=_holdout(fit),
         versions=software_versions(),
         active=not _failures(gates, stops),
+        row_errors=None
+        if evidence.row_errors is None
+        else ROW_ERRORS_JSON.to_json(evidence.row_errors),
     )
     return _result(store, sweep_id, evidence, curve_id, times)
 
@@ -94,15 +108,17 @@ class _Evidence:
     fit: CurveFit
     alignment: Alignment
     calibration: CalibrationUse | None
+    row_errors: RowErrors | None
 
 
 def _fit(store: Store, sweep_id: int) -> _Evidence:
     sweep = store.sweep(sweep_id)
     run = run_of_sweep(store, sweep)
     profile, optics = run.profile, run.optics
+    measurements = store.measurements(sweep_id)
     stops = stop_results(
         store.samples(sweep_id),
-        store.measurements(sweep_id),
+        measurements,
         max_motion_px=sweep_setup(profile).config.max_motion_px,
         optics=optics,
     )
@@ -126,7 +142,9 @@ def _fit(store: Store, sweep_id: int) -> _Evidence:
         stops, optics, field, pitch_mm=profile.pitch_mm, focal_px=focal_px
     )
     fit = replace(fit, best=replace(fit.best, field=term))
-    return _Evidence(stops, fit, alignment, calibration_use(stops, optics))
+    names = [view.name for view in profile.views]
+    rows = rows_of_sweep(tuple(measurements.values()), names, optics)
+    return _Evidence(stops, fit, alignment, calibration_use(stops, optics), rows)
 
 
 def _result(
@@ -137,7 +155,7 @@ def _result(
     times: SweepTimes | None,
 ) -> SweepResult:
     sweep = store.sweep(sweep_id)
-    stops, fit = evidence.stops, evidence.fit
+    stops, fit, profile = evidence.stops, evidence.fit, stored_profile(sweep)
     return SweepResult(
         sweep_id=sweep_id,
         rig=sweep.rig,
@@ -147,9 +165,11 @@ def _result(
         fit=fit,
         curve_id=curve_id,
         headline=headline(fit.best, fit.holdout),
-        gates=quality_gates(stored_profile(sweep), fit.holdout, stops),
+        gates=quality_gates(profile, fit.holdout, stops),
         alignment=evidence.alignment,
         calibration=evidence.calibration,
+        row_errors=evidence.row_errors,
+        views=tuple(view.name for view in profile.views),
         times=times,
     )
 

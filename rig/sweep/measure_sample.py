@@ -40,7 +40,9 @@ def measure_sample(profile: Profile, optics: Optics, images: GreyImage) -> Measu
         return Measurement(failure=Failure(error.reason, str(error)))
     except SlopeError as error:
         return Measurement(failure=Failure("no-slope", str(error)))
-    dense = _dense_slope(optics.views(images), profile.slopes.range_px, slope)
+    views = optics.views(images)
+    height, width = views.shape
+    dense = _dense_slope(views, profile.slopes.range_px, slope)
     return Measurement(
         slope_px=slope.slope_px,
         sigma_px=slope.sigma_px,
@@ -58,6 +60,8 @@ def measure_sample(profile: Profile, optics: Optics, images: GreyImage) -> Measu
         residual_levels=slope.residual,
         edge_pixels=slope.edge_pixels,
         views=tuple(profile.views[index].name for index in slope.views),
+        across_px=tuple(map(tuple, slope.across_px.tolist())),
+        size_px=(width, height),
     )
 
 

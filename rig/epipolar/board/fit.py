@@ -10,7 +10,12 @@ from rig.arrays import Float
 from rig.epipolar.board.corner_tracks import CornerPlane, corner_epipolar_error, fit_corner_tracks
 from rig.epipolar.board.light import LightField
 from rig.epipolar.board.lines import BoardLines, BoardViews, Paths
-from rig.epipolar.board.misalignment import fit_misalignment
+from rig.epipolar.board.misalignment import (
+    across_px,
+    fit_misalignment,
+    is_misaligned,
+    rows_met,
+)
 from rig.epipolar.board.sigma import Scores, asymmetry_px, plane_covariance
 from rig.epipolar.board.slope import BoardSlope
 from rig.epipolar.spline import spline_coefficients
@@ -38,7 +43,8 @@ def fit_board_slope(
     `sum (I_v(u - m x_v, v - m y_v) - T(u, v))^2` over the plane m(u, v), with the unknown texture
     T eliminated as the mean over views, so that no single view's noise counts twice, and with a
     smooth gain and offset of every view fitted along. Views that are not rectified leave their
-    lines by a smooth field that their corners tell; it is taken along. Pictures of calibrated
+    lines by a smooth field that their corners tell; it is taken along, and its part across the
+    lines has no share in the slope. Pictures of calibrated
     cameras are sampled where the calibration says, themselves and not a resampled copy.
     Deterministic to the last bit.
 
@@ -59,6 +65,11 @@ def fit_board_slope(
     xy_px = [common[view] for view in used]
     centre_px, outline_px = _outline(xy_px[reference], board.side_px)
     tracks = fit_corner_tracks(xy_px, x_steps, y_steps, reference, centre_px)
+    residual_px = tracks.residual_px
+    corner_sigma_px = float(np.median([np.median(corner.sigma_px) for corner in found]))
+    if is_misaligned(residual_px, corner_sigma_px):
+        met = rows_met(xy_px, x_steps, y_steps, reference, centre_px)
+        tracks = fit_corner_tracks(met, x_steps, y_steps, reference, centre_px)
     misalignment = fit_misalignment(
         xy_px,
         x_steps,
@@ -66,8 +77,8 @@ def fit_board_slope(
         reference,
         tracks.plane,
         centre_px,
-        residual_px=tracks.residual_px,
-        corner_sigma_px=float(np.median([np.median(corner.sigma_px) for corner in found])),
+        residual_px=residual_px,
+        corner_sigma_px=corner_sigma_px,
     )
     coefficients = np.stack([spline_coefficients(views.images[v], SMOOTH_PX) for v in used])
     lines = BoardLines(views, used, coefficients, centre_px, misalignment)
@@ -87,9 +98,10 @@ def fit_board_slope(
         centre_px=(float(centre_px[0]), float(centre_px[1])),
         corner_slope_px=float(tracks.plane[0]),
         corner_sigma_px=float(np.hypot(tracks.sigma_px, beside_px)),
-        track_residual_px=tracks.residual_px,
+        track_residual_px=residual_px,
         epipolar=corner_epipolar_error(xy_px, x_steps, y_steps, reference),
         corners_px=xy_px[reference],
+        across_px=across_px(xy_px, x_steps, y_steps, reference),
         residual=float(np.sqrt(np.mean(fit.look.scores.residual**2))),
         edge_pixels=paths.pixels.shape[1],
         side_px=board.side_px,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.arrays import Float
+from rig.epipolar.mending.patches import directions
 
 _NOTICEABLE = 3.0
 """Residual of the tracks, in sigmas of a corner, above which a field is fitted."""
@@ -27,6 +28,58 @@ class Misalignment:
     def none(cls, views: int, centre_px: Float) -> "Misalignment":
         """Return the field of rectified views: zero."""
         return cls(np.zeros((views, 2, 6)), centre_px)
+
+
+def is_misaligned(residual_px: float, corner_sigma_px: float) -> bool:
+    """Whether tracks are less straight than the corners are precise.
+
+    Args:
+        residual_px: rms distance of the corners from their tracks.
+        corner_sigma_px: what one corner may be off by its own noise.
+    """
+    return residual_px > _NOTICEABLE * corner_sigma_px
+
+
+def across_px(xy_px: Sequence[Float], x_steps: Float, y_steps: Float, reference: int) -> Float:
+    """By how much the corners of each view lie across the lines of the reference's corners.
+
+    Args:
+        xy_px: per view (rows, columns, 2) corners, in one order.
+        x_steps: (V,) view positions.
+        y_steps: (V,).
+        reference: index of the view at (0, 0).
+
+    Returns:
+        (V, N) along `directions`' second vector; 0 in a view at the place of the reference.
+    """
+    place = np.stack([np.asarray(view, np.float64).reshape(-1, 2) for view in xy_px])
+    return np.einsum("vni,vi->vn", place - place[reference], _across(x_steps, y_steps))
+
+
+def rows_met(
+    xy_px: Sequence[Float], x_steps: Float, y_steps: Float, reference: int, centre_px: Float
+) -> list[Float]:
+    """Bring corners onto the lines of the reference's corners, by a smooth field in each view.
+
+    What lies across a line tells nothing of the slope, yet moves tracks that all views share.
+
+    Args:
+        xy_px: per view (rows, columns, 2) corners, in one order.
+        x_steps: (V,) view positions.
+        y_steps: (V,).
+        reference: index of the view at (0, 0).
+        centre_px: (2,) in the reference view.
+
+    Returns:
+        The same with the field taken out.
+    """
+    here = np.asarray(xy_px[reference], np.float64).reshape(-1, 2)
+    basis = _basis((here - centre_px).T)
+    scaled = basis / np.abs(basis).max(axis=1)[:, None]
+    beside = across_px(xy_px, x_steps, y_steps, reference)
+    fitted, *_ = np.linalg.lstsq(scaled.T, beside.T)
+    smooth = (scaled.T @ fitted).T[..., None] * _across(x_steps, y_steps)[:, None]
+    return [xy - off.reshape(xy.shape) for xy, off in zip(xy_px, smooth, strict=True)]
 
 
 def fit_misalignment(
@@ -57,7 +110,7 @@ def fit_misalignment(
         corner_sigma_px: what one corner may be off by its own noise.
     """
     views = len(xy_px)
-    if residual_px <= _NOTICEABLE * corner_sigma_px:
+    if not is_misaligned(residual_px, corner_sigma_px):
         return Misalignment.none(views, centre_px)
     place = np.stack([np.asarray(view, np.float64).reshape(-1, 2).T for view in xy_px])
     offset = place[reference] - centre_px[:, None]
@@ -68,6 +121,16 @@ def fit_misalignment(
     scale = np.abs(basis).max(axis=1)
     fitted, *_ = np.linalg.lstsq((basis / scale[:, None]).T, left.reshape(views * 2, -1).T)
     return Misalignment((fitted / scale[:, None]).T.reshape(views, 2, 6), centre_px)
+
+
+def _across(x_steps: Float, y_steps: Float) -> Float:
+    """(V, 2) unit vectors across the lines, 0 where a view has none."""
+    return np.stack(
+        [
+            directions(x, y)[1] if np.hypot(x, y) > 0.0 else np.zeros(2)
+            for x, y in zip(x_steps.tolist(), y_steps.tolist(), strict=True)
+        ]
+    )
 
 
 def _basis(offset: Float) -> Float:

@@ -46,6 +46,8 @@ class BoardSlope:
     """Of the corners of all other views, from the lines of the reference view's corners."""
     corners_px: Float
     """(rows, columns, 2) in the reference view."""
+    across_px: Float
+    """(V, N) by how much these corners, row by row, lie across their lines in `views`."""
     outline_px: Float
     """(4, 2) polygon in the reference view within which edges belong to the board."""
     views: tuple[int, ...]

@@ -10,6 +10,7 @@ from rig.epipolar.colour import luminance, merge_channels
 from rig.epipolar.mending.first_match import FirstMatch, first_match, small_pictures
 from rig.epipolar.mending.mending import Mending
 from rig.epipolar.mending.photometry import Light, equalise
+from rig.epipolar.mending.row_drift import RowDrift
 from rig.epipolar.mending.row_errors import RowErrors
 from rig.epipolar.mending.rows import find_row_errors
 from rig.epipolar.noise.model import NoiseModel
@@ -43,8 +44,9 @@ def fit_together(
 ) -> Fitted:
     """Take out what is wrong with the pictures, as known or as they show it themselves.
 
-    What is known from the last multi-view is taken as it is. Where nothing is known, and a
-    hypothesis stands for the match, only gain and offset are looked for.
+    What is known from the last multi-view is taken as it is. Rows that are expected to miss are
+    brought together first, and what is left is looked for. Where nothing is known, and a hypothesis
+    stands for the match, only gain and offset are looked for.
 
     Args:
         views: as they come.
@@ -53,25 +55,30 @@ def fit_together(
         noise: noise of the grey values, or of each channel; None to estimate it.
     """
     cameras = Cameras(views.x_steps, views.y_steps, views.reference)
-    pictures, known = views.images, views.mending
-    if known is not None:
-        pictures = _mended(pictures, known.rows)
+    known, drift = views.mending, None
+    expected = views.row_errors or RowErrors.none(len(views.images))
+    rows = expected if known is None else known.rows
+    pictures = _mended(views.images, rows)
     first = first_match(_grey(pictures), cameras, window)
     if known is not None:
-        rows, light = known.rows, known.light
+        light = known.light
     elif first.is_told:
-        rows, light = RowErrors.none(len(pictures)), _no_light(pictures)
+        light = _no_light(pictures)
     else:
-        rows, light = find_row_errors(_grey(pictures), cameras, first), None
-        if rows.any:
-            pictures = _mended(pictures, rows)
+        left = find_row_errors(_grey(pictures), cameras, first, expected.per_slope)
+        light = None
+        drift = RowDrift(expected, left, np.hypot(views.x_steps, views.y_steps))
+        if left.any:
+            rows = expected.plus(left)
+            pictures = _mended(views.images, rows)
             first = replace(first, images=small_pictures(_grey(pictures), first.factor))
     known_noise = None if known is None else known.noise
     if pictures.ndim == 4:
         images, agreement, light = merge_channels(pictures, cameras, first, grey_step, noise, light)
-        return Fitted(images, agreement, Mending(rows, light, known_noise), first)
+        return Fitted(images, agreement, Mending(rows, light, known_noise, drift), first)
     equal = equalise(pictures, cameras, first, None if light is None else light[0])
-    return Fitted(equal.images, equal.agreement, Mending(rows, (equal.light,), known_noise), first)
+    mending = Mending(rows, (equal.light,), known_noise, drift)
+    return Fitted(equal.images, equal.agreement, mending, first)
 
 
 def _grey(pictures: Image) -> Image:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from rig.arrays import Float
 from rig.epipolar.mending.light import LightField
+from rig.epipolar.mending.row_drift import RowDrift
 from rig.epipolar.mending.row_errors import RowErrors
 from rig.epipolar.noise.model import CrossNoise
 
@@ -26,6 +27,8 @@ class Mending:
     """Of every channel (one in grey) and view."""
     noise: CrossNoise | None = None
     """What the views differ by once they fit; None where it was not measured."""
+    drift: RowDrift | None = None
+    """What of the rows was not expected; None where they were taken as known, or not looked at."""
 
     def kept(self, kept: NDArray[np.bool_]) -> "Mending":
         """Return that of some of the views, (V,)."""
@@ -34,6 +37,7 @@ class Mending:
             self.rows.kept(kept),
             tuple(tuple(channel[i] for i in chosen) for channel in self.light),
             self.noise,
+            None if self.drift is None else self.drift.kept(kept),
         )
 
     def warnings(self, x_steps: Float, y_steps: Float) -> tuple[str, ...]:

@@ -7,6 +7,8 @@ rectification, whatever the scene (as in the quality measure of A. Fusiello and 
 picture; the field is taken out before slopes are searched.
 """
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +24,7 @@ from rig.epipolar.mending.patches import (
     most_distinct,
     most_distinct_near,
 )
-from rig.epipolar.mending.row_errors import RowErrors
+from rig.epipolar.mending.row_errors import NOTICEABLE_PX, RowErrors
 from rig.epipolar.mending.smooth_field import (
     DOUBT,
     SmoothField,
@@ -36,8 +38,6 @@ from rig.epipolar.search.window import Cameras
 Map = NDArray[np.float32]
 
 _EXPECTED_PX = 3.0
-_NOTICEABLE_PX = 0.05
-"""Rows that meet to this are left as they are: so far tracked patches themselves are off."""
 _SURE, _AT_A_GLANCE = 4.0, 0.8
 _PATCHES, _FEWEST = 2400, 40
 """Begun, over all views; and found in one."""
@@ -51,16 +51,23 @@ _LEAST_SIGMA_PX = 0.05
 _ROUNDS, _NEARLY = 4, 1.15
 _LEAST_SPREAD_PX = 0.5
 """Shifts along the lines that spread less tell nothing of what is in proportion to them."""
-_THIRDS = (("top", "middle", "bottom"), ("left", "centre", "right"))
+_NOWHERE = np.zeros(0), np.zeros(0)
 
 
-def find_row_errors(images: NDArray[np.generic], cameras: Cameras, first: FirstMatch) -> RowErrors:
+def find_row_errors(
+    images: NDArray[np.generic],
+    cameras: Cameras,
+    first: FirstMatch,
+    per_slope: Float | None = None,
+) -> RowErrors:
     """Measure by how much the views lie across their lines.
 
     Args:
         images: (V, H, W) grey values as they come.
         cameras: where the views stand.
         first: a first match of smaller pictures.
+        per_slope: (V,) what lies across is known to be in proportion to the slope, px per px; it is
+            taken off. None where nothing is known.
     """
     views, shape = len(images), (images.shape[1], images.shape[2])
     small, factor, reference = first.images, first.factor, cameras.reference
@@ -69,7 +76,7 @@ def find_row_errors(images: NDArray[np.generic], cameras: Cameras, first: FirstM
     soft = _soft(images)
     strength = distinctness(soft[reference])
     fields: list[SmoothField | None] = [None] * views
-    across, rms_px, worst = np.zeros((views, 2)), np.zeros(views), [""] * views
+    across, places = np.zeros((views, 2)), [_NOWHERE] * views
     for i in range(views):
         steps = float(cameras.x_steps[i]), float(cameras.y_steps[i])
         if i == reference or np.hypot(*steps) == 0.0:
@@ -88,9 +95,18 @@ def find_row_errors(images: NDArray[np.generic], cameras: Cameras, first: FirstM
             factor * found.across_px, steps, _REACH_PX,
         )  # fmt: skip
         found = found[found.sigma_px < _SURE_PX]
+        if per_slope is not None:
+            slope_px = -found.along_px / np.hypot(*steps)
+            found = replace(found, across_px=found.across_px - per_slope[i] * slope_px)
         if len(found.rows) >= _FEWEST:
-            fields[i], rms_px[i], worst[i] = _judged(found, steps, shape)
-    return RowErrors(tuple(fields), across, rms_px, tuple(worst))
+            fields[i], places[i] = _field(found, steps, shape)
+    judged = RowErrors.of(tuple(fields), across, places)
+    return replace(
+        judged,
+        fields=tuple(
+            f if rms > 0.0 else None for f, rms in zip(fields, judged.rms_px, strict=True)
+        ),
+    )
 
 
 def _soft(images: NDArray[np.generic]) -> Map:
@@ -140,34 +156,13 @@ def _by_slope(found: Patches, sigma: Float, x: Float, y: Float) -> Float:
     return line[1] * found.along_px if is_sure and spread < _NEARLY * left else np.zeros_like(x)
 
 
-def _judged(
+def _field(
     found: Patches, steps: tuple[float, float], shape: tuple[int, int]
-) -> tuple[SmoothField | None, float, str]:
-    if coarse_rms(*found.on_line_px(steps), found.across_px, shape) < _AT_A_GLANCE * _NOTICEABLE_PX:
-        return None, 0.0, ""
+) -> tuple[SmoothField | None, tuple[Float, Float]]:
+    """A field that is worth taking out, and where it was measured."""
+    if coarse_rms(*found.on_line_px(steps), found.across_px, shape) < _AT_A_GLANCE * NOTICEABLE_PX:
+        return None, _NOWHERE
     measured = _measured(found, steps)
     if not is_worth_it(*measured, shape, _EXPECTED_PX):
-        return None, 0.0, ""
-    whole = fit_field(*measured, shape, _EXPECTED_PX)
-    x, y, *_ = measured
-    values = whole.at(x, y)
-    rms_px = float(np.sqrt(np.mean(values**2)))
-    if rms_px < _NOTICEABLE_PX:
-        return None, 0.0, ""
-    # The largest of what is well measured, not where the polynomial runs out.
-    sure = whole.sigma_at(x, y) < 0.5 * np.abs(values)
-    k = int(np.argmax(np.where(sure, np.abs(values), 0.0)))
-    return whole, rms_px, _say_where(float(values[k]), float(x[k]), float(y[k]), steps, shape)
-
-
-def _say_where(
-    error_px: float, x: float, y: float, steps: tuple[float, float], shape: tuple[int, int]
-) -> str:
-    right, down = error_px * directions(*steps)[1]
-    if abs(down) >= abs(right):
-        way = "low" if down > 0 else "high"
-    else:
-        way = "too far right" if right > 0 else "too far left"
-    row = _THIRDS[0][min(max(int(3 * y / shape[0]), 0), 2)]
-    column = _THIRDS[1][min(max(int(3 * x / shape[1]), 0), 2)]
-    return f"{abs(error_px):.1f} px {way} at the {row} {column}"
+        return None, _NOWHERE
+    return fit_field(*measured, shape, _EXPECTED_PX), measured[:2]

@@ -7,7 +7,7 @@ estimation for nonorthogonal problems", Technometrics 12, 1970). Cauchy weights 
 measurements.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ _FOLDS, _SURE = 2, 4.0
 """And how many of its own standard errors what a field gains must have."""
 _CELLS, _FEWEST_IN_CELL = 4, 5
 _AT_ONCE = 64
+_GRID = 17
 
 
 def _degrees() -> list[tuple[int, int]]:
@@ -55,6 +56,12 @@ class SmoothField:
         design = basis(x_px, y_px, self.shape)
         return np.sqrt(np.maximum(((design @ self.covariance) * design).sum(axis=1), 0.0))
 
+    def on_top_of(self, first: "SmoothField | None") -> "SmoothField":
+        """Return the sum with a field that was taken out before this one was measured."""
+        if first is None:
+            return self
+        return replace(self, coefficients=first.coefficients + self.coefficients)
+
     def everywhere(self) -> NDArray[np.float32]:
         """Value of every pixel, (H, W)."""
         return values_everywhere(self.coefficients, self.shape)
@@ -64,6 +71,15 @@ def basis(x_px: Float, y_px: Float, shape: tuple[int, int]) -> Float:
     """Legendre products at places (N,), (N, TERMS)."""
     along, down = _legendre(x_px, shape[1]), _legendre(y_px, shape[0])
     return np.stack([along[:, i] * down[:, j] for i, j in _degrees()], axis=1)
+
+
+def grid_of(shape: tuple[int, int]) -> tuple[Float, Float]:
+    """Columns and rows (N,) of places all over a picture."""
+    height, width = shape
+    columns, rows = np.meshgrid(
+        np.linspace(0.0, width - 1.0, _GRID), np.linspace(0.0, height - 1.0, _GRID)
+    )
+    return columns.ravel(), rows.ravel()
 
 
 def values_everywhere(coefficients: Float, shape: tuple[int, ...]) -> NDArray[np.float32]:

@@ -159,6 +159,7 @@ def keep(views: RectifiedViews, kept: NDArray[np.bool_]) -> RectifiedViews:
         reference=int(kept[: views.reference].sum()),
         beside_px=None if views.beside_px is None else views.beside_px[kept],
         mending=None if views.mending is None else views.mending.kept(kept),
+        row_errors=None if views.row_errors is None else views.row_errors.kept(kept),
     )
 
 

@@ -9,7 +9,7 @@ from rig.compare.distances import NAMES, WITH_PLANE, BoardError, BoardErrors, co
 from rig.curve import Curve
 from rig.database import Store
 from rig.optics.nominal import nominal_optics
-from rig.stored import Run
+from rig.stored import Run, RunCurve
 from tests.support.sweeps import SweepRecipe, bench_profile, stored_sweep
 
 RECIPE = SweepRecipe(
@@ -33,7 +33,7 @@ def test_the_board_of_a_sweep_is_measured_once_at_each_distance(store: tuple[Sto
     told: list[int] = []
     boards = compare_distances(
         Run(bench_profile(), nominal_optics(bench_profile())),
-        curve,
+        RunCurve(1, curve, sweep_id=1),
         sweep.samples(1),
         sweep.measurements(1),
         sweep.load,

@@ -1,5 +1,6 @@
 """The joint line fit of a board, against closed-form truth."""
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -89,6 +90,21 @@ def test_gain_and_offset_of_a_view_do_not_pull_the_slope():
     changed = fit_board_slope(*board_views(images))
     assert changed.slope_px == pytest.approx(plain.slope_px, abs=1e-4)
     assert changed.gains[1] / changed.gains[0] == pytest.approx(1.3, rel=1e-3)
+
+
+def test_rows_that_miss_do_not_pull_the_slope():
+    scene = SMALL.with_changes(tilt_deg=(3.0, -5.0, 2.0))
+    clean = clean_pictures(scene)
+    columns, rows = np.meshgrid(np.arange(320.0, dtype=np.float32), np.arange(240.0))
+    low_px = (1.2 + 0.6 * (columns / 160.0 - 1.0) * (rows / 120.0 - 1.0)).astype(np.float32)
+    clean[2] = cv2.remap(
+        clean[2], columns, rows.astype(np.float32) - low_px, cv2.INTER_LANCZOS4
+    ).astype(np.float32)
+    straight = fit_board_slope(*board_views(np.stack(clean_pictures(scene))))
+    bent = fit_board_slope(*board_views(np.stack(clean)))
+    assert bent.track_residual_px > 0.3  # rows that miss are still said
+    assert bent.slope_px == pytest.approx(straight.slope_px, abs=1e-3)
+    assert bent.corner_slope_px == pytest.approx(straight.corner_slope_px, abs=1e-3)
 
 
 def test_the_background_behind_the_board_does_not_pull_the_slope():

@@ -28,6 +28,7 @@ BOARD = BoardSlope(
     period_px=14.0,
     epipolar=EpipolarError(0.0, 0.0, 0.0),
     corners_px=np.zeros((6, 9, 2)),
+    across_px=np.zeros((3, 54)),
     outline_px=OUTLINE,
     views=(0, 1, 2),
     gains=(1.0, 1.0, 1.0),

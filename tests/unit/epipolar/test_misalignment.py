@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from rig.epipolar.board.misalignment import fit_misalignment
+from rig.epipolar.board.corner_tracks import fit_corner_tracks
+from rig.epipolar.board.misalignment import across_px, fit_misalignment, rows_met
 
 X_STEPS, Y_STEPS = np.array([0.0, -1.06, 0.93, 0.0]), np.array([0.0, 0.0, 0.0, 1.08])
 CENTRE_PX = np.array([320.0, 200.0])
@@ -48,3 +49,23 @@ def test_straight_tracks_are_left_alone():
 
 def test_the_reference_defines_the_lines():
     assert fit(0.01, residual_px=1.0).coefficients[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_what_lies_across_the_lines_has_no_share_in_the_slope():
+    slope = PLANE[0] + (REFERENCE_PX - CENTRE_PX) @ PLANE[1:]
+    low_px = 1.2 + 1e-3 * (REFERENCE_PX - CENTRE_PX)[..., 0]
+    seen = [
+        REFERENCE_PX - slope[..., None] * np.array([x, y])
+        for x, y in zip(X_STEPS, Y_STEPS, strict=True)
+    ]
+    seen[2] = seen[2] + low_px[..., None] * np.array([0.0, 1.0])
+    beside = across_px(seen, X_STEPS, Y_STEPS, 0)
+    assert beside[2] == pytest.approx(low_px.ravel())
+    assert np.abs(np.delete(beside, 2, axis=0)).max() < 1e-9
+
+    def slope_px(corners: list[np.ndarray]) -> float:
+        return float(fit_corner_tracks(corners, X_STEPS, Y_STEPS, 0, CENTRE_PX).plane[0])
+
+    assert abs(slope_px(seen) - PLANE[0]) > 0.05  # what the fit did before
+    met = rows_met(seen, X_STEPS, Y_STEPS, 0, CENTRE_PX)
+    assert slope_px(met) == pytest.approx(PLANE[0], abs=1e-9)
