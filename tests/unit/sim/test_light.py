@@ -39,7 +39,7 @@ def lamp_at(point_mm: np.ndarray, normal: np.ndarray) -> float:
     total = 0.0
     for dx in (-third, 0.0, third):
         for dz in (-third, 0.0, third):
-            away = np.array(LAMP_CENTRE_MM) + (dx, 0.0, dz) - point_mm
+            away = np.add(LAMP_CENTRE_MM, (dx, 0.0, dz)) - point_mm
             distance_mm = float(np.linalg.norm(away))
             total += max(float(away @ normal), 0.0) / distance_mm**3 * LAMP_REACH_MM**2
     return total / 9.0

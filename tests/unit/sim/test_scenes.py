@@ -58,8 +58,11 @@ def written() -> dict[str, Any]:
     return {
         "desk": [of_thing(thing) for thing in desk_things()],
         "bench": [
-            [surface.shape.kind, np.round(surface.shape.world_from_unit[:3], 6).tolist()]
-            + means(surface.texture)
+            [
+                surface.shape.kind,
+                np.round(surface.shape.world_from_unit[:3], 6).tolist(),
+                *means(surface.texture),
+            ]
             for surface in bench_surfaces()
         ],
         "materials": {name: means(recipe()) for name, recipe in SAMPLES.items()},
