@@ -11,34 +11,38 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from queue import SimpleQueue
 
+import coverage
+
 from benchmarks.mutants.covering import PACKAGES, Covering
 from benchmarks.mutants.equivalent import reason
 from benchmarks.mutants.operators import Mutation, mutations
-from benchmarks.mutants.recorder import FOLDER
+from benchmarks.mutants.recorder import FOLDER, LINES
 from benchmarks.mutants.trial import Copy, Outcome
 
 TREE = Path(__file__).resolve().parents[2]
 RECORD = TREE / "benchmarks" / "out" / "mutants"
 
 
-def record(workers: int) -> None:
-    """Run the quick tests once, and note which runs which line."""
+def record(workers: int, *, with_slow: bool) -> None:
+    """Run the quick tests once, or all, and note which runs which line."""
     RECORD.mkdir(parents=True, exist_ok=True)
     for file in RECORD.iterdir():
         file.unlink()
     dealt = ("-n", str(workers), "--dist", "loadgroup", "--no-loadscope-reorder")
-    quick = ("-q", "-m", "not slow", "-p", "benchmarks.mutants.recorder")
+    chosen = () if with_slow else ("-m", "not slow")
+    noted = ("-q", "-p", "benchmarks.mutants.recorder")
     subprocess.run(
-        [sys.executable, "-m", "pytest", *quick, *dealt],
+        [sys.executable, "-m", "pytest", *noted, *chosen, *dealt],
         cwd=TREE,
         env=os.environ | {FOLDER: str(RECORD), "PYTEST_ADDOPTS": "--hypothesis-profile=ci"},
         check=True,
     )
-    subprocess.run(
-        [sys.executable, "-m", "coverage", "combine", "--data-file=lines", "--quiet"],
-        cwd=RECORD,
-        check=True,
-    )
+    lines = coverage.CoverageData(str(RECORD / LINES))
+    for part in RECORD.glob(f"{LINES}.*"):
+        of_worker = coverage.CoverageData(str(part))
+        of_worker.read()
+        lines.update(of_worker)
+    lines.write()
 
 
 def drawn(count: int, seed: int, within: str) -> list[Mutation]:
@@ -57,9 +61,10 @@ def drawn(count: int, seed: int, within: str) -> list[Mutation]:
 def tried(faults: list[Mutation], covering: Covering, workers: int) -> list[Outcome]:
     """Try each fault in one of `workers` copies of the tree; says each outcome on stderr."""
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(workers) as pool:
+        copies = [Copy(TREE, Path(folder) / str(index)) for index in range(workers)]
         idle: SimpleQueue[Copy] = SimpleQueue()
-        for index in range(workers):
-            idle.put(Copy(TREE, Path(folder) / str(index)))
+        for copy in copies:
+            idle.put(copy)
 
         def attempt(mutation: Mutation) -> Outcome:
             copy = idle.get()
@@ -74,7 +79,10 @@ def tried(faults: list[Mutation], covering: Covering, workers: int) -> list[Outc
             )
             return outcome
 
-        return list(pool.map(attempt, faults))
+        outcomes = list(pool.map(attempt, faults))
+        for copy in copies:
+            copy.close()
+        return outcomes
 
 
 def main() -> None:
@@ -87,9 +95,12 @@ def main() -> None:
     parser.add_argument(
         "--recorded", action="store_true", help="which test runs which line is known"
     )
+    parser.add_argument(
+        "--all", action="store_true", help="record the slow tests too (renders with mitsuba)"
+    )
     options = parser.parse_args()
     if not options.recorded:
-        record(options.workers)
+        record(options.workers, with_slow=options.all)
     faults = drawn(options.count, options.seed, options.within)
     outcomes = tried(faults, Covering(TREE, RECORD), options.workers)
     survivors = [outcome for outcome in outcomes if not outcome.is_killed]

@@ -4,12 +4,13 @@ import ast
 import json
 from collections import defaultdict
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import coverage
 
-from benchmarks.mutants.recorder import SETUP
+from benchmarks.mutants.recorder import LINES, SETUP
 
 PACKAGES = {"rig": "rig", "rig_drivers": "drivers/rig_drivers", "rig_sim": "sim/rig_sim"}
 """Name of every package and its folder."""
@@ -17,23 +18,36 @@ PACKAGES = {"rig": "rig", "rig_drivers": "drivers/rig_drivers", "rig_sim": "sim/
 
 @dataclass(frozen=True)
 class Piece:
-    """A statement at the top of a file: lines, the name it makes, whether coverage sees it run."""
+    """A statement at the top of a file or class.
+
+    Attributes:
+        first: Its first line.
+        last: Its last.
+        name: What it makes.
+        body: First line of what runs when it is called; what stands before, such as the values of
+            parameters that are not given, runs at import. None where all does.
+        is_seen: Whether coverage sees the body run.
+        is_method: Whether it is a function in a class.
+    """
 
     first: int
     last: int
     name: str
+    body: int | None
     is_seen: bool
+    is_method: bool = False
 
 
 class Covering:
     """Answers which tests run a line.
 
     The lines of a machine-code kernel and those that run at import are seen by no coverage: their
-    tests are those that run a line which names what they make, and so on outwards.
+    tests are those that run a line which names what they make, and so on outwards, and those of
+    test files that import and name it.
     """
 
     def __init__(self, tree: Path, record: Path) -> None:
-        self._data = coverage.CoverageData(str(record / "lines"))
+        self._data = coverage.CoverageData(str(record / LINES))
         self._data.read()
         self._durations_s: dict[str, float] = {}
         for file in record.glob("durations.*.json"):
@@ -46,11 +60,14 @@ class Covering:
             for folder in PACKAGES.values()
             for path in sorted((tree / folder).rglob("*.py"))
         }
-        self._pieces = {path: _pieces(text) for path, text in self._sources.items()}
-        self._measured = {
-            str(Path(file).resolve().relative_to(tree.resolve())): file
-            for file in self._data.measured_files()
+        self._modules = {
+            path.as_posix(): ".".join((package, *path.relative_to(folder).with_suffix("").parts))
+            for package, folder in PACKAGES.items()
+            for path in map(Path, self._sources)
+            if path.is_relative_to(folder)
         }
+        self._test_sources = {file: (tree / file).read_text() for file in self._by_file}
+        self._pieces = {path: _pieces(text) for path, text in self._sources.items()}
 
     def duration_s(self, tests: Iterable[str]) -> float:
         """Return how long these tests take together."""
@@ -63,8 +80,13 @@ class Covering:
 
     def _tests(self, path: str, line: int, asked: set[tuple[str, str]]) -> set[str]:
         piece = next((one for one in self._pieces[path] if one.first <= line <= one.last), None)
-        if piece is None or piece.is_seen:
+        if piece is None:
             return self._seen(path, line)
+        if piece.is_seen and piece.body is not None:
+            seen = self._seen(path, max(line, piece.body))
+            is_called = line >= piece.body and self._seen(path, piece.body)
+            if seen or is_called or piece.is_method:
+                return seen
         if (path, piece.name) in asked:
             return set()
         asked.add((path, piece.name))
@@ -75,13 +97,21 @@ class Covering:
             for number in _lines_that_name(text, piece.name)
             if not (other == path and piece.first <= number <= piece.last)
         ]
-        return {test for user in users for test in self._tests(*user, asked)}
+        named = {test for user in users for test in self._tests(*user, asked)}
+        return named | self._of_importers(path, piece.name)
+
+    def _of_importers(self, path: str, name: str) -> set[str]:
+        """Tests of the files that import a file and name what it makes."""
+        module = self._modules[path]
+        return {
+            test
+            for file, text in self._test_sources.items()
+            if name in text and module in _imported(text)
+            for test in self._by_file[file]
+        }
 
     def _seen(self, path: str, line: int) -> set[str]:
-        file = self._measured.get(path)
-        if file is None:
-            return set()
-        contexts = self._data.contexts_by_lineno(file)
+        contexts = self._data.contexts_by_lineno(path)
         # A piece that spans lines counts where it begins; look back to the line that is a key.
         key = next((at for at in range(line, max(line - 12, 0), -1) if contexts.get(at)), None)
         tests: set[str] = set()
@@ -96,33 +126,50 @@ class Covering:
 def _pieces(text: str) -> list[Piece]:
     pieces: list[Piece] = []
     for node in ast.parse(text).body:
-        first, last = node.lineno, node.end_lineno or node.lineno
         match node:
             case ast.FunctionDef():
-                is_kernel = any("kernel" in ast.unparse(one) for one in node.decorator_list)
-                pieces.append(Piece(first, last, node.name, is_seen=not is_kernel))
+                pieces.append(_function(node, node.name))
             case ast.ClassDef():
-                pieces += _members(node)
+                pieces += [_member(member, node.name) for member in node.body]
             case ast.Assign(targets=[ast.Name(id=name)]) | ast.AnnAssign(target=ast.Name(id=name)):
-                pieces.append(Piece(first, last, name, is_seen=False))
+                pieces.append(Piece(node.lineno, _last(node), name, body=None, is_seen=False))
             case _:
                 pass
     return pieces
 
 
-def _members(node: ast.ClassDef) -> list[Piece]:
+def _function(node: ast.FunctionDef, name: str) -> Piece:
+    is_kernel = any("kernel" in ast.unparse(one) for one in node.decorator_list)
+    is_told = ast.get_docstring(node) is not None and len(node.body) > 1
+    body = node.body[1 if is_told else 0].lineno
+    first = min([node.lineno, *(one.lineno for one in node.decorator_list)])
+    return Piece(first, _last(node), name, body, is_seen=not is_kernel)
+
+
+def _member(node: ast.stmt, name: str) -> Piece:
     """Methods are seen; what else stands in a class runs at import, for whoever names the class."""
-    return [
-        Piece(
-            member.lineno,
-            member.end_lineno or member.lineno,
-            node.name,
-            is_seen=isinstance(member, ast.FunctionDef),
-        )
-        for member in node.body
-    ]
+    if isinstance(node, ast.FunctionDef):
+        return replace(_function(node, name), is_method=True)
+    return Piece(node.lineno, _last(node), name, body=None, is_seen=False)
 
 
+def _last(node: ast.stmt) -> int:
+    return node.end_lineno or node.lineno
+
+
+@cache
+def _imported(text: str) -> frozenset[str]:
+    """Names of the modules that a file imports, and of what it imports from them."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            found |= {node.module, *(f"{node.module}.{name.name}" for name in node.names)}
+        elif isinstance(node, ast.Import):
+            found |= {name.name for name in node.names}
+    return frozenset(found)
+
+
+@cache
 def _lines_that_name(text: str, name: str) -> list[int]:
     return sorted(
         {

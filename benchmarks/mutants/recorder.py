@@ -14,6 +14,8 @@ import pytest
 
 FOLDER = "RIG_MUTANTS_RECORD"
 """The variable that names the folder for what is recorded."""
+LINES = "lines"
+"""Name of the file that says which test ran which line; of a worker's, the beginning."""
 SETUP = "|setup"
 """Stands behind the name of a test whose set-up ran the line."""
 
@@ -26,11 +28,13 @@ class Recorder:
         self._folder = folder
         self._worker = worker
         self._coverage = coverage.Coverage(
-            data_file=str(folder / "lines"),
+            data_file=str(folder / LINES),
             data_suffix=worker,
             source=["rig", "rig_drivers", "rig_sim"],
             config_file=False,
         )
+        # Names relative to the tree, so that a record is of use to another copy of it.
+        self._coverage.set_option("run:relative_files", True)
 
     def pytest_sessionstart(self) -> None:
         """Begin to record."""

@@ -1,7 +1,6 @@
 """OAK devices as DepthAI and as the kernel see them."""
 
 import json
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -71,8 +70,12 @@ def test_usb_devices_are_those_of_the_kernel(tmp_path: Path):
 
 @given(text=st.text() | st.binary().map(lambda data: data.decode("latin-1")))
 def test_any_answer_is_a_list_or_an_error_of_ours(text: str):
-    with suppress(ConfigError, DeviceNotFoundError):
-        assert isinstance(parse_answer(text, 1), list)
+    try:
+        answer = parse_answer(text, 1)
+    except (ConfigError, DeviceNotFoundError) as error:
+        assert str(error)
+    else:
+        assert isinstance(answer, list)
 
 
 @given(
@@ -82,5 +85,9 @@ def test_any_answer_is_a_list_or_an_error_of_ours(text: str):
     )
 )
 def test_any_json_is_a_list_of_devices_or_an_error_of_ours(answer: object):
-    with suppress(ConfigError, DeviceNotFoundError):
-        joined(parse_answer(json.dumps(answer), 1), [ON_USB])
+    try:
+        listed = joined(parse_answer(json.dumps(answer), 1), [ON_USB])
+    except (ConfigError, DeviceNotFoundError) as error:
+        assert str(error)
+    else:
+        assert [oak.name for oak in listed] == [ON_USB.place]

@@ -1,6 +1,7 @@
 """The Zaber stage against a simulated chain: truth, opening and homing."""
 
 import pytest
+from rig_drivers.zaber.words import HARMLESS, INTERFERENCE, UNHOMED
 
 from rig.errors import (
     ConfigError,
@@ -49,6 +50,61 @@ def test_every_command_carries_number_and_checksum() -> None:
             assert (sum(body.encode()) + int(check, 16)) % 256 == 0
             assert body.split()[2].isdigit()
         assert any("move abs 24000 52429" in line for line in lines), "80 mm/s, native units"
+
+
+# -- flags ----------------------------------------------------------------------------------------
+
+
+def opens_homed(flags: set[str]) -> bool:
+    """Whether a stage that was homed before is so still, after it was opened under flags."""
+    with simulated_bench(ZABER) as bench:
+        with bench.stage as stage:
+            stage.home()
+        zaber_of(bench).axis.flags = set(flags)
+        with bench.stage as stage:
+            zaber_of(bench).axis.flags = set()
+            try:
+                _ = stage.position_mm
+            except StageAlarmError:
+                return False
+            return True
+
+
+def test_harmless_flags_keep_the_reference_one_by_one_and_all_together() -> None:
+    every = HARMLESS | INTERFERENCE
+    for flags in ({flag} for flag in every):
+        assert opens_homed(flags), flags
+    assert opens_homed(set())
+    assert opens_homed(set(every))
+    assert not opens_homed({*every, "WL"})
+
+
+@pytest.mark.parametrize("flag", sorted(UNHOMED | {"FS", "FQ", "WS"}))
+def test_a_flag_that_costs_the_position_costs_the_reference(flag: str) -> None:
+    assert not opens_homed({flag})
+
+
+def test_all_interferences_together_are_told_and_cost_nothing() -> None:
+    with simulated_bench(ZABER) as bench, bench.stage as stage:
+        stage.home()
+        before_mm = stage.move_to(150.0, TIMEOUT_S)
+        zaber_of(bench).axis.flags = set(HARMLESS | INTERFERENCE)
+        with pytest.raises(StageAlarmError) as caught:
+            _ = stage.position_mm
+        assert caught.value.code == "NC"
+        zaber_of(bench).axis.flags = set()
+        assert stage.position_mm == before_mm
+
+
+def test_the_most_urgent_flag_is_told() -> None:
+    with simulated_bench(ZABER) as bench, bench.stage as stage:
+        stage.home()
+        for flags, told in (({"WS", "FS"}, "FS"), ({"NI", "WM"}, "WM"), ({"FS", "WL"}, "FS")):
+            zaber_of(bench).axis.flags = set(flags)
+            with pytest.raises(StageAlarmError) as caught:
+                stage.move_to(150.0, TIMEOUT_S)
+            assert caught.value.code == told
+            stage.home()
 
 
 # -- opening --------------------------------------------------------------------------------------

@@ -68,6 +68,28 @@ def test_cameras_that_are_too_many_are_named_in_a_comment():
     assert "# also plugged in: /dev/c" in profile_text(recipe)
 
 
+def test_what_is_said_counts_more_than_what_is_plugged_in():
+    findings = [
+        found("oak", "18443010"),
+        found("v4l2", "/dev/a", "/dev/b", "/dev/c"),
+        found("serial", "usb-serial:A1", description="Zaber X"),
+    ]
+    recipe = recipe_for("b", findings, camera="v4l2", views=2, stage="marlin")
+    assert (recipe.camera, recipe.cameras) == ("v4l2", ("/dev/a", "/dev/b", "/dev/c"))
+    assert (recipe.stage, recipe.stages) == ("marlin", ("usb-serial:A1",))
+    assert recipe.views == 2
+    without = recipe_for("b", findings, camera="v4l2", views=2, stage="marlin", has_stage=False)
+    assert (without.stage, without.stages) == (None, ())
+
+
+def test_views_are_as_many_as_are_plugged_in_up_to_the_places_there_are():
+    def views(count: int) -> int:
+        cameras = found("v4l2", *(f"/dev/{number}" for number in range(count)))
+        return recipe_for("b", [cameras], camera=None, views=None, stage=None).views
+
+    assert [views(count) for count in (2, 3, 5, 6)] == [2, 3, 5, 5]
+
+
 def test_a_problem_of_today_is_at_the_head():
     locked = FoundDevice("/dev/a", "a camera", problem="may not be opened; join group video")
     findings = [Findings("v4l2", "key", (locked, FoundDevice("/dev/b", "another")))]

@@ -3,15 +3,18 @@
 import dataclasses
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from rig.curve import FieldTerm
+from rig.geometry.epipolar_error import EpipolarError
 from rig.measurement import Failure, Measurement
 from rig.optics.nominal import nominal_optics
 from rig.plan import Stop
 from rig.profile.load import load_profile
 from rig.records import Sample, SampleKey
-from rig.sweep.points import stop_results
+from rig.sweep.points import StopResult, stop_results, without_field
 
 OPTICS = nominal_optics(load_profile("sim"))
 STOP = Stop(3, 600.0, "holdout", "backward")
@@ -74,6 +77,106 @@ def test_a_stop_that_cannot_be_trusted_gives_no_point(second: Measurement | None
     assert result.problem is not None
     assert says in result.problem
     assert "600.0 mm (backward)" in result.problem
+
+
+def plane_measured(
+    slope_px: float, centre_px: tuple[float, float], c: float, **changes: object
+) -> Measurement:
+    values: dict[str, Any] = {
+        "slope_px": slope_px,
+        "plane": (slope_px, 1e-3, c),
+        "plane_sigma": (0.1, 3e-4, 4e-4),
+        "centre_px": centre_px,
+        "corners_px": (((1.0, 2.0), (3.0, 4.0)), ((5.0, 6.0), (7.0, 8.0))),
+    }
+    return Measurement(**values | changes)
+
+
+def result_of(*measurements: Measurement) -> StopResult:
+    samples = [sample(number) for number in range(len(measurements))]
+    by_key = {one.key: measurement for one, measurement in zip(samples, measurements, strict=True)}
+    (result,) = stop_results(samples, by_key, max_motion_px=5.0, optics=OPTICS)
+    return result
+
+
+def test_place_and_tilt_are_means_over_the_samples():
+    result = result_of(
+        plane_measured(4.0, (100.0, 50.0), 2e-3), plane_measured(4.2, (104.0, 52.0), 4e-3)
+    )
+    assert result.centre_px == pytest.approx((102.0, 51.0))
+    assert result.tilt == pytest.approx((1e-3, 3e-3))
+    # Of a mean of two: a single sigma over the root of two.
+    assert result.tilt_sigma == pytest.approx((3e-4 / 2**0.5, 4e-4 / 2**0.5))
+
+
+def test_what_no_sample_knows_stays_unknown():
+    result = result_of(Measurement(slope_px=4.0))
+    assert result.centre_px is None
+    assert result.tilt is None
+    assert result.tilt_sigma is None
+    assert result.epipolar is None
+    assert result.motion_px is None
+    assert result.track_residual_px is None
+    assert result.corner_slope_px is None
+    assert result.point is not None
+    assert result.point.std_px == 0.0
+
+
+def test_a_sample_without_its_plane_or_its_place_tells_no_tilt():
+    whole = plane_measured(4.0, (100.0, 50.0), 2e-3)
+    bare = dataclasses.replace(whole, plane=None, plane_sigma=None)
+    lost = dataclasses.replace(whole, centre_px=None)
+    assert result_of(whole, bare).tilt == pytest.approx((1e-3, 2e-3))
+    assert result_of(whole, lost).tilt == pytest.approx((1e-3, 2e-3))
+    assert result_of(whole, bare).tilt_sigma == pytest.approx((3e-4, 4e-4))
+
+
+def test_motion_is_the_rms_way_of_the_corners():
+    first = plane_measured(4.0, (0.0, 0.0), 0.0, corners_px=(((0.0, 0.0), (9.0, 9.0)),))
+    last = plane_measured(4.0, (0.0, 0.0), 0.0, corners_px=(((3.0, 4.0), (9.0, 9.0)),))
+    assert result_of(first, last).motion_px == pytest.approx((25.0 / 2) ** 0.5)
+    between = dataclasses.replace(first, corners_px=None)
+    assert result_of(first, between, last).motion_px == pytest.approx((25.0 / 2) ** 0.5)
+
+
+def test_motion_up_to_the_limit_is_allowed():
+    still, moved = measured(4.0), measured(4.0, shift_px=1.0)
+    samples = [sample(0), sample(1)]
+    by_key = {samples[0].key: still, samples[1].key: moved}
+    (at,) = stop_results(samples, by_key, max_motion_px=1.0, optics=OPTICS)
+    assert at.problem is None
+    (above,) = stop_results(samples, by_key, max_motion_px=0.999, optics=OPTICS)
+    assert above.problem is not None
+
+
+def test_epipolar_errors_are_means_and_the_largest():
+    one, other = EpipolarError(0.1, 0.2, 0.9), EpipolarError(0.3, 0.6, 0.7)
+    result = result_of(
+        plane_measured(4.0, (0.0, 0.0), 0.0, epipolar=one),
+        plane_measured(4.0, (0.0, 0.0), 0.0, epipolar=other),
+        plane_measured(4.0, (0.0, 0.0), 0.0),
+    )
+    assert result.epipolar is not None
+    assert result.epipolar.mean_px == pytest.approx(0.2)
+    assert result.epipolar.p95_px == pytest.approx(0.4)
+    assert result.epipolar.max_px == 0.9
+
+
+def test_the_field_term_is_taken_out_of_every_slope():
+    term = FieldTerm((320.0, 240.0), (1e-3, -2e-3), ((0.0, 0.0), (0.0, 0.0)))
+    result = dataclasses.replace(
+        result_of(measured(4.0)), centre_px=(330.0, 250.0), dense_slope_px=None
+    )
+    added_px = term.slope_px(330.0, 250.0)
+    assert added_px != 0.0
+    (flat,) = without_field([result], term)
+    assert flat.point is not None
+    assert flat.point.slope_px == pytest.approx(4.0 - added_px)
+    assert flat.corner_slope_px == pytest.approx(4.01 - added_px)
+    assert flat.dense_slope_px is None
+    nowhere = dataclasses.replace(result, centre_px=None)
+    pointless = dataclasses.replace(result, point=None)
+    assert without_field([nowhere, pointless], term) == (nowhere, pointless)
 
 
 def test_stops_come_in_the_order_of_the_plan():

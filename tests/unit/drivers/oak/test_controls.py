@@ -38,6 +38,24 @@ def test_what_a_sensor_does_not_have_is_left_alone():
 
 def test_the_steps_of_a_sensor_are_no_difference():
     LOCKED.require(replace(GOOD, exposure_s=0.00803, iso=206), "camera")
+    for within, beyond in (
+        (replace(GOOD, exposure_s=0.00815), replace(GOOD, exposure_s=0.00817)),
+        (replace(GOOD, iso=192), replace(GOOD, iso=191)),
+        (replace(GOOD, white_balance_k=4100), replace(GOOD, white_balance_k=4101)),
+    ):
+        LOCKED.require(within, "camera")
+        with pytest.raises(ControlError):
+            LOCKED.require(beyond, "camera")
+
+
+def test_at_low_gain_one_sixteenth_is_no_difference():
+    at_100 = replace(LOCKED, iso=100)
+    at_100.require(replace(GOOD, iso=107), "camera")
+    with pytest.raises(ControlError, match="iso 100, the camera applies 108"):
+        at_100.require(replace(GOOD, iso=108), "camera")
+
+
+def test_a_value_that_the_profile_leaves_open_may_be_any():
     Controls.of(oak_config()).require(replace(GOOD, iso=106, lens_position=-1), "camera")
 
 
