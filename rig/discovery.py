@@ -21,15 +21,6 @@ class FoundDevice:
     problem: str | None = None
     """Why it cannot be used as it is, and how to mend that; None if all is well."""
 
-    def as_dict(self) -> dict[str, object]:
-        """Return it as the command line's JSON contract."""
-        return {
-            "name": self.name,
-            "description": self.description,
-            "other_names": list(self.other_names),
-            "problem": self.problem,
-        }
-
 
 @dataclass(frozen=True, slots=True)
 class Findings:
@@ -45,15 +36,6 @@ class Findings:
     took_s: float = 0.0
     title: str = ""
     """What a person calls such devices."""
-
-    def as_dict(self) -> dict[str, object]:
-        """Return it as the command line's JSON contract."""
-        return {
-            "key": self.key,
-            "devices": [device.as_dict() for device in self.devices],
-            "note": self.note,
-            "took_s": round(self.took_s, 3),
-        }
 
 
 @dataclass(frozen=True, slots=True)

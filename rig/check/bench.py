@@ -45,7 +45,7 @@ class Bench:
 
     profile: Profile
     optics: Optics
-    board: Target
+    target: Target
     config: SweepConfig
     stage: Stage
     camera: Camera
@@ -61,7 +61,7 @@ class Bench:
         """Move, settle, grab once, and find the board."""
         reached_mm = self.go(position_mm)
         multiview = self.camera.grab(self.profile.camera.timeout_s)
-        return see(self.optics, self.board, multiview, reached_mm)
+        return see(self.optics, self.target, multiview, reached_mm)
 
     def arrivals(self, position_mm: float, step_mm: float, count: int) -> Iterator[Arrival]:
         """Come to one position again and again, from the near and the far side in turn."""

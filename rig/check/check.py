@@ -124,7 +124,7 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
     else:
         yield judge_room(profile, request.url, multiviews[0])
     if bench is not None and reached_mm is not None:
-        middle = see(request.run.optics, bench.board, multiviews[0], reached_mm)
+        middle = see(request.run.optics, bench.target, multiviews[0], reached_mm)
         yield from judge_carried_board(bench, middle, request.curve)
     else:
         yield from judge_standing_board(request, answers.stage, multiviews[0], why_standing)
@@ -136,5 +136,4 @@ def _bench(run: Run, stage: Stage | None, camera: Camera, clock: Clock) -> Bench
     target, config = run.profile.target, run.profile.sweep
     if stage is None or target is None or config is None:
         return None
-    board = target_of(target)
-    return Bench(run.profile, run.optics, board, config, stage, camera, clock)
+    return Bench(run.profile, run.optics, target_of(target), config, stage, camera, clock)

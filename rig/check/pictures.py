@@ -23,21 +23,21 @@ UNEQUAL_CONTRAST, UNLIKE_CONTRAST = 1.25, 2.0
 """Contrast of the board between two views."""
 
 
-def judge_board(boards: Sequence[tuple[str, CornersOrReason]], where: str) -> Item:
+def judge_board(views: Sequence[ViewStills], where: str) -> Item:
     """Say which views see the board, and why the others do not."""
-    missing = [(view, board) for view, board in boards if not isinstance(board, Corners)]
+    missing = {v.view: v.board for v in views if not isinstance(v.board, Corners)}
     if not missing:
-        return Item("board", "pass", f"found in all {len(boards)} views {where}")
+        return Item("board", "pass", f"found in all {len(views)} views {where}")
     by_reason: dict[str, list[str]] = {}
-    for view, reason in missing:
+    for view, reason in missing.items():
         by_reason.setdefault(reason.found, []).append(view)
     return Item(
         "board",
         "fail",
-        f"not found in {len(missing)} of {len(boards)} views {where}: "
-        + "; ".join(f"{', '.join(views)}: {text}" for text, views in by_reason.items()),
-        every_advice(reason for _, reason in missing),
-        {"reason": {view: reason.reason for view, reason in missing}},
+        f"not found in {len(missing)} of {len(views)} views {where}: "
+        + "; ".join(f"{', '.join(names)}: {text}" for text, names in by_reason.items()),
+        every_advice(missing.values()),
+        {"reason": {view: reason.reason for view, reason in missing.items()}},
     )
 
 

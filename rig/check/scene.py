@@ -41,7 +41,7 @@ def judge_scene(
     if board is None:
         yield Item("board", "skip", "the profile has no [target]")
     else:
-        yield judge_board([(view.view, view.board) for view in views], where)
+        yield judge_board(views, where)
     yield judge_focus(views)
     yield judge_exposure(views)
     yield judge_locks(profile.camera, identity, views)

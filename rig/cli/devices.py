@@ -1,5 +1,6 @@
 """`rig devices`: what is plugged in, and what is missing."""
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -43,7 +44,7 @@ def devices(
         return
     found, broken = find.find_devices(timeout_s), find.broken_plugins()
     if as_json:
-        listed: dict[str, object] = {findings.kind: findings.as_dict() for findings in found}
+        listed: dict[str, object] = {findings.kind: as_dict(findings) for findings in found}
         show_json({**listed, **({"broken_plugins": list(broken)} if broken else {})})
         return
     for findings in found:
@@ -56,6 +57,16 @@ def devices(
     else:
         show()
         show("a profile for them: rig profile new NAME")
+
+
+def as_dict(findings: "Findings") -> dict[str, object]:
+    """Return what `--json` prints of one search."""
+    return {
+        "key": findings.key,
+        "devices": [asdict(device) for device in findings.devices],
+        "note": findings.note,
+        "took_s": round(findings.took_s, 3),
+    }
 
 
 def _show(findings: "Findings") -> None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import pytest
 
+from rig.cli.devices import as_dict
 from rig.discovery import FoundDevice, Search, search_all
 from rig.errors import ConfigError
 
@@ -27,8 +28,8 @@ def test_what_is_found_and_what_is_missing_stand_side_by_side():
     assert "pip install" in oak.note
     assert v4l2.devices == (FOUND,)
     assert v4l2.note is None
-    assert v4l2.as_dict()["devices"] == [
-        {"name": "/dev/video0", "description": "a camera", "other_names": [], "problem": None}
+    assert as_dict(v4l2)["devices"] == [
+        {"name": "/dev/video0", "description": "a camera", "other_names": (), "problem": None}
     ]
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,16 +100,25 @@ def _candidates(adjusted: Adjusted, geometry: RigGeometry) -> tuple[list[PoseAdv
     return poses, at
 
 
+class _Shown(NamedTuple):
+    """What a view would show of a candidate."""
+
+    picture: int
+    """Index of the candidate."""
+    view: int
+    ids: NDArray[np.intp]
+
+
 def _shown(adjusted: Adjusted, geometry: RigGeometry, at: Unknowns) -> Observations:
     """Sightings of the candidates that at least two views show."""
     problem = adjusted.problem
     points = problem.target.bent_mm(at.warp_mm)
     whole = np.diff(problem.observed.start).min() == len(points)
     fewest = len(points) if whole else _FEWEST_POINTS
-    sightings: list[tuple[int, int, NDArray[np.intp]]] = []
+    sightings: list[_Shown] = []
     for n, (rotation, shift) in enumerate(zip(at.board_rotation, at.board_shift_mm, strict=True)):
         own = [
-            (n, view, ids)
+            _Shown(n, view, ids)
             for view, camera in enumerate(geometry.cameras)
             if (
                 ids := np.flatnonzero(
@@ -137,20 +147,19 @@ def _typical_sigma_px(adjusted: Adjusted, views: int) -> Float:
     return np.array([float(np.median(sigma_px[view == v])) for v in range(views)])
 
 
-def _observations(
-    sightings: list[tuple[int, int, NDArray[np.intp]]], sigma_px: Float
-) -> Observations:
-    pictures = sorted({n for n, _, _ in sightings})
-    ids = [ids for _, _, ids in sightings]
+def _observations(sightings: list[_Shown], sigma_px: Float) -> Observations:
+    pictures = sorted({shown.picture for shown in sightings})
+    ids = [shown.ids for shown in sightings]
+    views = np.array([shown.view for shown in sightings], np.int64)
     count = sum(map(len, ids))
     return Observations(
         pictures=tuple(pictures),
         start=np.concatenate([[0], np.cumsum([len(i) for i in ids])]).astype(np.int64),
-        picture=np.array([pictures.index(n) for n, _, _ in sightings], np.int64),
-        view=np.array([view for _, view, _ in sightings], np.int64),
+        picture=np.array([pictures.index(shown.picture) for shown in sightings], np.int64),
+        view=views,
         ids=np.concatenate([*ids, np.empty(0, np.intp)]).astype(np.int64),
         xy_px=np.zeros((count, 2)),
-        sigma_px=np.repeat([sigma_px[view] for _, view, _ in sightings], list(map(len, ids))),
+        sigma_px=np.repeat(sigma_px[views], list(map(len, ids))),
     )
 
 
