@@ -144,10 +144,10 @@ def rows_met(views: RectifiedViews, row_errors: RowErrors) -> RectifiedViews:
     """
     if not row_errors.any:
         return views
-    mended = row_errors.mended(views.images)
-    kind = views.images.dtype
-    if kind != np.float32:
-        mended = np.clip(np.rint(mended), 0, np.iinfo(kind).max).astype(kind)
+    mended, as_they_came = row_errors.mended(views.images), views.images.dtype
+    if as_they_came != np.float32:
+        top = float(np.iinfo(str(as_they_came)).max)
+        mended = np.clip(np.rint(mended), 0.0, top).astype(as_they_came)
     return replace(views, images=cast("Image", mended), row_errors=None, mending=None)
 
 

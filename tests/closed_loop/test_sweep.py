@@ -87,6 +87,30 @@ def test_a_rig_that_is_not_rectified_is_swept_and_says_so(rig: Command):
     assert answer.json["epipolar_px"]["mean"] > 1.0
 
 
+def test_rows_that_miss_are_said_and_stored_and_a_mended_rig_needs_a_new_curve(rig: Command):
+    turned = ("--set", "world.view_errors.right.rotation_deg=[0.2, 0.0, 0.1]")
+    lenient = ("--set", "quality.line_rms_px=3.0")
+    plan = (*as_options(), *turned, *lenient, "--at-mm", "400,450,500,560,650,750,900,1050,1200")
+    swept = rig("sweep", "sim", *plan, "--samples", "1", "--json")
+    assert swept.code == 0
+    (line,) = swept.json["rows"]
+    assert line.startswith("rows: right is 1.3 px low at the ")
+    assert swept.json["holdout"]["rms_pct"] < 0.01
+    (row,) = rig("history", "--json").json["sweeps"]
+    assert row["rows_rms_px"] == pytest.approx(1.1, abs=0.1)
+    assert line in Path(swept.json["report"]).read_text()
+    assert rig("fit", row["sweep"], "--json").json["rows"] == [line]
+
+    desk = (*as_options(), "--set", "world.capture_scene=desk", "--set", "world.renderer=mitsuba")
+    kept = rig(
+        "capture", "sim", *desk, *turned, "--frames", 1, "--set", "quality.valid_share_pct=50"
+    )
+    assert kept.code == 0
+    refused = rig("capture", "sim", *desk, "--frames", 1)
+    assert refused.code == 1
+    assert "rows miss otherwise than when curve 2 was made: right is" in refused.err
+
+
 @pytest.mark.slow
 def test_backlash_matters_and_the_approach_cancels_it(rig: Command):
     """A board 2 mm from where the stage says it is shows as forward against backward slopes."""

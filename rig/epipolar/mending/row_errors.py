@@ -105,15 +105,18 @@ class RowErrors:
                 self.fields, left.fields, self.rms_px, left.rms_px, strict=True
             )
         )
-        places = [(np.zeros(0),) * 2 if one is None else grid_of(one.shape) for one in fields]
-        across = np.where(self.across.any(axis=1)[:, None], self.across, left.across)
-        joined, same = RowErrors.of(fields, across, places), left.rms_px == 0.0
-        worst = zip(same, self.worst, joined.worst, strict=True)
+        nowhere = np.zeros(0), np.zeros(0)
+        places = [nowhere if one is None else grid_of(one.shape) for one in fields]
+        is_known = np.asarray(self.across != 0.0).any(axis=1, keepdims=True)
+        across = np.where(is_known, self.across, left.across)
+        joined = RowErrors.of(fields, across, places)
+        moved = (left.rms_px > 0.0).tolist()
+        worst = zip(moved, joined.worst, self.worst, strict=True)
         return RowErrors(
             fields,
             across,
-            np.where(same, self.rms_px, joined.rms_px),
-            tuple(before if is_same else now for is_same, before, now in worst),
+            np.where(left.rms_px > 0.0, joined.rms_px, self.rms_px),
+            tuple(now if has_moved else before for has_moved, now, before in worst),
             self.per_slope,
         )
 

@@ -102,8 +102,9 @@ def test_an_old_database_is_upgraded_with_everything_in_it(tmp_path: Path) -> No
         # And the upgraded tables take what only the new ones know.
         calibration_id = new_calibration(store)
         store.replace_measurements(7, {}, calibration_id=calibration_id)
-        newer = store.save_curve(7, curve={}, holdout={}, versions={})
+        newer = store.save_curve(7, curve={}, holdout={}, versions={}, row_errors={"rms_px": [1.5]})
         assert store.curve(newer).calibration_id == calibration_id
+        assert (curve.row_errors, store.curve(newer).row_errors) == (None, {"rms_px": [1.5]})
     assert tables(sqlite_url(tmp_path)).keys() == Row.metadata.tables.keys()
 
 
