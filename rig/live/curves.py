@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, cast
 
 from rig.curve import Curve
-from rig.database import open_store
 from rig.errors import CurveError
 from rig.files import read_bytes
 
@@ -25,6 +24,8 @@ def load_curve(which: int | str | os.PathLike[str], *, database: str | None = No
     """
     if not isinstance(which, int) and not _is_name(which):
         return _from_file(Path(which))
+    from rig.database import open_store
+
     with open_store(database, absent="refused") as store:
         is_number = isinstance(which, int)
         stored = store.curve(which) if is_number else store.active_curve(os.fspath(which))

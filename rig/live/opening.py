@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Literal
 
 from rig.curve import Curve
-from rig.database import open_store
 from rig.devices import Camera, Clock
 from rig.hardware.opening import open_camera
 from rig.live.camera import DepthCamera
@@ -45,6 +44,8 @@ def open_depth_camera(
     wanted = "none" if isinstance(curve, Curve) else curve
     if (wanted, calibration) == ("none", "none"):  # nothing is looked up: no database is touched
         return depth_camera(Run(rig, optics_of(rig, None), brought))
+    from rig.database import open_store
+
     choice = RunChoice(database, None if calibration == "newest" else str(calibration), wanted)
     with open_store(choice.database, absent=choice.absent) as store:
         run = open_run(store, rig, choice.calibration, choice.curve)

@@ -217,7 +217,7 @@ def test_a_database_that_cannot_be_written(rig: Command, tmp_path: Path):
 
 
 def test_a_database_of_a_newer_version_is_left_alone(rig: Command):
-    rig("history")
+    open_store(os.environ["RIG_DATABASE"]).close()
     path = Path(os.environ["RIG_DATABASE"].removeprefix("sqlite:///"))
     with sqlite3.connect(path) as connection:
         connection.execute("UPDATE alembic_version SET version_num = 'rig_9999'")

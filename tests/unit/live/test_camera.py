@@ -95,6 +95,16 @@ def test_stored_pictures_come_once_each_and_then_the_loop_ends(tmp_path: Path):
         assert list(camera) == []
 
 
+def test_a_damaged_picture_ends_the_loop_and_is_not_waited_for(tmp_path: Path):
+    with stored_rig(tmp_path, 3) as camera:
+        (tmp_path / "left_1.png").write_bytes(b"no picture")
+        frames = iter(camera)
+        next(frames)
+        with pytest.raises(DeviceLostError, match=r"left_1\.png") as caught:
+            next(frames)
+        assert "looked for" not in str(caught.value)
+
+
 def test_outside_of_with_it_is_refused():
     camera, _ = tiny_rig()
     for use in (camera.grab, lambda: iter(camera), lambda: camera.identity):
@@ -202,6 +212,22 @@ def test_closing_in_the_middle_of_a_frame_as_a_signal_would_ends_after_it():
         assert [frame.index for frame in camera] == [0, 1, 2]
         with pytest.raises(CameraUseError, match="was closed"):
             camera.grab()
+
+
+def test_a_loop_that_was_interrupted_can_be_begun_again():
+    class Interrupted(Gated):
+        def stream(self) -> Iterator[rig.MultiView]:
+            for multiview in self._camera.stream():
+                if not self.gate.is_set():
+                    self.gate.set()
+                    raise KeyboardInterrupt  # as Jupyter's stop button does
+                yield multiview
+
+    camera, _ = tiny_rig(lambda device, _: Interrupted(device))
+    with camera:
+        with pytest.raises(KeyboardInterrupt):
+            list(camera)
+        assert [frame.index for frame in itertools.islice(camera, 2)] == [0, 1]
 
 
 def test_an_unplugged_camera_ends_the_loop_with_an_error():

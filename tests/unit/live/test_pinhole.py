@@ -11,7 +11,12 @@ from hypothesis import strategies as st
 from rig.errors import CalibrationError, FormatError
 from rig.geometry.pinhole import Pinhole
 from rig.geometry.pose import Pose
+from rig.live.measure import DepthMeter
+from rig.optics.calibrated import calibrated_optics
+from rig.stored import Run
 from rig.testing.simulated import BOARD_MM, open_simulated_rig
+from tests.support.cameras import SMALL, SmallRig
+from tests.support.geometry import true_geometry
 
 TURN = Pose.from_vectors(np.array([0.02, -0.03, 0.01]), np.zeros(3)).rotation
 CAMERA = Pinhole(40, 24, 50.0, (18.0, 13.0), TURN)
@@ -80,3 +85,23 @@ def test_without_a_calibration_the_curve_tells_the_focal_length():
     x_mm = (np.arange(40, 120) - 79.5) * BOARD_MM / 152.5
     assert np.median(points[..., 0], axis=0) == pytest.approx(x_mm, rel=0.01, abs=0.5)
     assert frame.colour is None
+
+
+def test_with_a_calibration_picture_and_camera_are_those_of_the_rectified_view():
+    small = SmallRig(name="sim-real", overrides=SMALL)
+    geometry = true_geometry(small.profile, small.world.moment(0.0))
+    optics = calibrated_optics(small.profile, geometry, 3)
+    with small.camera() as camera:
+        multiview = camera.grab(5.0)
+    frame = DepthMeter(Run(small.profile, optics)).measure(multiview, 5, follows=False)
+    reference = small.profile.reference
+    assert frame.image.dtype == multiview.frames[reference].image.dtype
+    assert (frame.image == optics.pictures(multiview.stack())[reference]).all()
+    common = optics.rectification.camera
+    assert frame.camera.matrix.tolist() == [
+        [common.fx_px, 0.0, common.cx_px],
+        [0.0, common.fy_px, common.cy_px],
+        [0.0, 0.0, 1.0],
+    ]
+    assert (frame.camera.common_from_reference == optics.rectification.common_from_reference).all()
+    assert frame.time_ns == 5
