@@ -1,11 +1,13 @@
 """`rig export` and `rig import` as a user calls them."""
 
 import csv
+import os
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from rig.database import open_store
 from rig.depth import write_pfm
 from rig.errors import ConfigError
 from rig.export.formats import FORMATS
@@ -117,6 +119,8 @@ def test_mistakes_are_usage_errors(rig: Command) -> None:
         ("export", 1, "--format", "nothing"),
     ):
         assert rig(*arguments).code == 2
+    with open_store(os.environ["RIG_DATABASE"]):
+        pass
     missing = rig("export", 7, "--format", "ros")
     assert missing.code == 1
     assert "calibration 7" in missing.err

@@ -60,7 +60,7 @@ def test_one_name_is_one_firmware() -> None:
     with simulated_bench() as bench:
         with pytest.raises(ConfigError, match="already plugged in"), plug(URL, bench.wire):
             pass
-        with pytest.raises(ConfigError, match="needs a URL such as"), plug("tcp://x", bench.wire):
+        with pytest.raises(ConfigError, match="is no simulated port"), plug("tcp://x", bench.wire):
             pass
 
 
