@@ -5,6 +5,8 @@ from benchmarks.mutants.operators import Mutation
 _NORMALISED = "only the direction of the vector counts: it is brought to length 1 below"
 _ONE_AXIS = "the array has two axes, so that the last one is also number 1"
 
+_ONLY_FASTER = "SQLAlchemy keeps the compiled statement or makes it anew: the same statement"
+
 _REASONS: dict[tuple[str, str, str, str], str] = {
     (
         "sim/rig_sim/scenes/light.py",
@@ -25,6 +27,7 @@ _REASONS: dict[tuple[str, str, str, str], str] = {
         "-1",
         "(1)",
     ): _ONE_AXIS,
+    ("rig/database/columns.py", "cache_ok = True", "True", "(False)"): _ONLY_FASTER,
 }
 """By path, the line, what stands there and what replaces it, each without line ends."""
 
