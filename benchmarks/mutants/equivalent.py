@@ -1,5 +1,7 @@
 """Faults that change nothing that anyone can see, each with the reason."""
 
+from collections.abc import Mapping
+
 from benchmarks.mutants.operators import Mutation
 
 _NORMALISED = "only the direction of the vector counts: it is brought to length 1 below"
@@ -30,6 +32,11 @@ _REASONS: dict[tuple[str, str, str, str], str] = {
     ("rig/database/columns.py", "cache_ok = True", "True", "(False)"): _ONLY_FASTER,
 }
 """By path, the line, what stands there and what replaces it, each without line ends."""
+
+
+def equivalents() -> Mapping[tuple[str, str, str, str], str]:
+    """Return all of them, with their reasons."""
+    return _REASONS
 
 
 def reason(mutation: Mutation) -> str | None:
