@@ -5,10 +5,11 @@ READY := .venv/.ready
 DEMO_READY := .venv/.demo-ready
 DEMO := demo
 WORKERS ?= 2
+SEED ?= 1
 PYTEST := $(BIN)/python -m pytest -q -n $(WORKERS) --dist loadgroup --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all check format docs benchmarks clean
+.PHONY: help demo test test-all check format docs benchmarks mutants clean
 
 help: ## Show what can be made
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 14
@@ -57,6 +58,9 @@ docs: $(READY) ## Build the site into build/docs; a warning or a dead link is an
 
 benchmarks: $(READY) ## Measure the numbers that README quotes
 	@$(BIN)/python -m benchmarks
+
+mutants: $(READY) ## Try 300 faults of the source and name those that no test notices (hours)
+	@$(BIN)/python -m benchmarks.mutants --count 300 --seed $(SEED) --workers $(WORKERS)
 
 clean: ## Remove the environment and everything the demo made
 	rm -rf .venv $(DEMO) .pytest_cache .ruff_cache .hypothesis benchmarks/out

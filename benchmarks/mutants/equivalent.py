@@ -1,12 +1,45 @@
 """Faults that change nothing that anyone can see, each with the reason."""
 
+from collections.abc import Mapping
+
 from benchmarks.mutants.operators import Mutation
 
-_REASONS: dict[tuple[str, str, str], str] = {}
-"""By path, what stands there and what replaces it, each on one line."""
+_NORMALISED = "only the direction of the vector counts: it is brought to length 1 below"
+_ONE_AXIS = "the array has two axes, so that the last one is also number 1"
+
+_ONLY_FASTER = "SQLAlchemy keeps the compiled statement or makes it anew: the same statement"
+
+_REASONS: dict[tuple[str, str, str, str], str] = {
+    (
+        "sim/rig_sim/scenes/light.py",
+        "across = np.cross(normals, "
+        "np.where(np.abs(normals[..., :1]) < 0.5, [1, 0, 0], [0, 1, 0]))",
+        "1",
+        "(2)",
+    ): _NORMALISED,
+    (
+        "sim/rig_sim/scenes/light.py",
+        "light = np.zeros(points_mm.shape[:-1])",
+        "-1",
+        "(1)",
+    ): _ONE_AXIS,
+    (
+        "sim/rig_sim/scenes/light.py",
+        "free = np.zeros(points_mm.shape[:-1])",
+        "-1",
+        "(1)",
+    ): _ONE_AXIS,
+    ("rig/database/columns.py", "cache_ok = True", "True", "(False)"): _ONLY_FASTER,
+}
+"""By path, the line, what stands there and what replaces it, each without line ends."""
+
+
+def equivalents() -> Mapping[tuple[str, str, str, str], str]:
+    """Return all of them, with their reasons."""
+    return _REASONS
 
 
 def reason(mutation: Mutation) -> str | None:
     """Return why a fault changes nothing; None where it should be noticed."""
-    before = " ".join(mutation.before.split())
-    return _REASONS.get((mutation.path, before, " ".join(mutation.after.split())))
+    before, after = (" ".join(text.split()) for text in (mutation.before, mutation.after))
+    return _REASONS.get((mutation.path, mutation.row, before, after))

@@ -45,6 +45,7 @@ class Mutation:
         end: The byte behind its last.
         before: The piece.
         after: What replaces it.
+        row: All of that line, without the space around it.
     """
 
     path: str
@@ -53,6 +54,7 @@ class Mutation:
     end: int
     before: str
     after: str
+    row: str
 
     def applied(self, source: bytes) -> bytes:
         """Return the file with the fault in it."""
@@ -74,7 +76,8 @@ def mutations(path: str, source: bytes) -> list[Mutation]:
     should have to care for them.
     """
     starts = [0]
-    for row in source.splitlines(keepends=True):
+    rows = source.splitlines(keepends=True)
+    for row in rows:
         starts.append(starts[-1] + len(row))
     found: list[Mutation] = []
     for node in _running(ast.parse(source)):
@@ -86,7 +89,8 @@ def mutations(path: str, source: bytes) -> list[Mutation]:
         for changed in _changed(node):
             text = ast.unparse(changed)
             after = f"({text})" if isinstance(changed, ast.expr) else text
-            found.append(Mutation(path, node.lineno, begin, end, before, after))
+            row = rows[node.lineno - 1].decode().strip()
+            found.append(Mutation(path, node.lineno, begin, end, before, after, row))
     return found
 
 

@@ -1,5 +1,7 @@
 """A pytest plug-in that notes which test runs which line, and how long each test takes.
 
+A test that fails is left out: it would notice every fault.
+
 Not the plug-in of coverage itself: it must be known whether a line ran in a test or in the set-up
 of a fixture, which belongs to every test of the file.
 """
@@ -25,6 +27,7 @@ class Recorder:
 
     def __init__(self, folder: Path, worker: str) -> None:
         self._durations_s: dict[str, float] = {}
+        self._failed: set[str] = set()
         self._folder = folder
         self._worker = worker
         self._coverage = coverage.Coverage(
@@ -55,6 +58,8 @@ class Recorder:
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Add up the phases of a test."""
         name = plain(report.nodeid)
+        if report.failed:
+            self._failed.add(name)
         self._durations_s[name] = self._durations_s.get(name, 0.0) + report.duration
 
     def pytest_sessionfinish(self) -> None:
@@ -62,7 +67,8 @@ class Recorder:
         self._coverage.stop()
         self._coverage.save()
         file = self._folder / f"durations.{self._worker}.json"
-        file.write_text(json.dumps(self._durations_s))
+        passed = {t: took_s for t, took_s in self._durations_s.items() if t not in self._failed}
+        file.write_text(json.dumps(passed))
 
 
 def plain(nodeid: str) -> str:

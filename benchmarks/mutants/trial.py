@@ -12,12 +12,14 @@ from benchmarks.mutants.covering import PACKAGES
 from benchmarks.mutants.operators import Mutation
 from benchmarks.mutants.warm import Warm
 
-_LIMIT_S = 120.0
+_LIMIT_S = 60.0
 _SLOWER = 6.0
 """A fault that makes its tests this many times slower, beyond `_LIMIT_S`, is noticed: it hangs."""
 _FIRST = 25
 """So many tests are run before the others are even imported: most faults fall to them."""
 _NOTHING_FAILED = 0
+_NOT_COLLECTED = 2
+"""pytest's exit code where a file of tests cannot be imported; those above are its own trouble."""
 
 
 @dataclass(frozen=True)
@@ -73,10 +75,26 @@ class Copy:
             os.utime(file, ns=(written.st_atime_ns, written.st_mtime_ns))
         return Outcome(mutation, is_killed, len(tests), time.monotonic() - begin_s)
 
+    def require_sound(self, tests: list[str]) -> None:
+        """See that tests pass without a fault: else every fault would seem to be noticed.
+
+        Raises:
+            RuntimeError: they do not.
+        """
+        code = self._run(tests, _LIMIT_S)
+        if code != _NOTHING_FAILED:
+            raise RuntimeError(f"without any fault, pytest ends with {code} on {', '.join(tests)}")
+
     def _fails(self, tests: list[str], limit_s: float) -> bool:
+        code = self._run(tests, limit_s)
+        if code is not None and code > _NOT_COLLECTED:
+            raise RuntimeError(f"pytest itself ends with {code} on {', '.join(tests[:9])} ...")
+        return code != _NOTHING_FAILED
+
+    def _run(self, tests: list[str], limit_s: float) -> int | None:
         names = self._folder / ".mutant-tests"
         names.write_text("\n".join(tests))
-        return self._warm.run(names, limit_s) != _NOTHING_FAILED
+        return self._warm.run(names, limit_s)
 
     def _machine_code(self, path: str) -> Iterator[Path]:
         """Yield what was compiled from this file, or from a file that calls it."""

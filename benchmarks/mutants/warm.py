@@ -29,7 +29,11 @@ _NEEDED = (
     "serial",
     "jinja2",
 )
-_QUIET = ("-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", "--no-header")
+_OPTIONS = (
+    *("-q", "-x", "-p", "no:cacheprovider", "--no-header"),
+    # That plug-ins were imported before pytest could rewrite them is the very idea here.
+    *("-W", "ignore::pytest.PytestAssertRewriteWarning"),
+)
 _POLL_S = 0.02
 _HANGS = -1
 """Stands for the exit code of tests that did not end in time."""
@@ -87,7 +91,7 @@ def _run_tests(names: str) -> int:
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):
         os.dup2(nowhere, stream)
-    return int(pytest.main([*_QUIET, f"@{names}"]))
+    return int(pytest.main([*_OPTIONS, f"@{names}"]))
 
 
 def main() -> None:

@@ -12,14 +12,17 @@ from rig.live.frame import DepthFrame
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _STRIP_PX = 34
 _BAR_PX = 200
-_SCALE_PX = _BAR_PX + 260
-"""The bar and the numbers beside it; smaller pictures get a margin."""
+_BAR_ROWS = slice(10, 24)
+_GAP_PX = 8
+_FONT_SCALE = 0.48
+_REFERENCE = "reference view"
 
 
 def write_picture(path: Path, shown: DepthFrame, reference: int) -> Path:
-    """Write the reference image beside its depth (or slope) in colour, with a scale.
+    """Write the reference image beside its depth (or slope) in colour, with a scale below.
 
-    Near is warm and far is cool; grey has no answer.
+    Near is warm and far is cool; grey has no answer. Pictures that are narrower than the scale have
+    white beside them.
 
     Raises:
         StoreError: the file cannot be written.
@@ -33,15 +36,14 @@ def write_picture(path: Path, shown: DepthFrame, reference: int) -> Path:
     else:
         values, unit, near_is_large = shown.depth.depth_mm, "mm", False
     right, low, high = _in_colour(np.asarray(values, np.float64), near_is_large=near_is_large)
-    scale_px = left.shape[1] + _SCALE_PX
-    missing_px = max(0, scale_px - left.shape[1] - right.shape[1])
-    picture = np.pad(
-        np.hstack([left, right]), ((0, 0), (0, missing_px), (0, 0)), constant_values=255
-    )
-    strip = np.full((_STRIP_PX, picture.shape[1], 3), 255, np.uint8)
-    _write(strip, 8, "reference view")
-    _draw_scale(strip, left.shape[1] + 8, low, high, unit, near_is_large=near_is_large)
-    _, encoded = cv2.imencode(".png", np.vstack([picture, strip]))
+    scale = _scale(low, high, unit, near_is_large=near_is_large)
+    scale_x_px = max(left.shape[1], _width_px(_REFERENCE) + _GAP_PX) + _GAP_PX
+    width_px = max(left.shape[1] + right.shape[1], scale_x_px + scale.shape[1])
+    whole = np.full((left.shape[0] + _STRIP_PX, width_px, 3), 255, np.uint8)
+    whole[: left.shape[0], : left.shape[1] + right.shape[1]] = np.hstack([left, right])
+    _write(whole[left.shape[0] :], _GAP_PX, _REFERENCE)
+    whole[left.shape[0] :, scale_x_px : scale_x_px + scale.shape[1]] = scale
+    _, encoded = cv2.imencode(".png", whole)
     write_bytes(path, encoded.tobytes())
     return path
 
@@ -59,18 +61,27 @@ def _in_colour(
     return colour, float(low), float(high)
 
 
-def _draw_scale(
-    strip: NDArray[np.uint8], x_px: int, low: float, high: float, unit: str, *, near_is_large: bool
-) -> None:
+def _scale(low: float, high: float, unit: str, *, near_is_large: bool) -> NDArray[np.uint8]:
+    """Return the colours from the lowest value to the highest, with both: (H, W, 3)."""
     ramp = np.linspace(0.0, 255.0, _BAR_PX).astype(np.uint8)
     ramp = ramp if near_is_large else ramp[::-1]
-    bar = cv2.applyColorMap(np.tile(ramp, (14, 1)), cv2.COLORMAP_TURBO)
+    bar = cv2.applyColorMap(
+        np.tile(ramp, (_BAR_ROWS.stop - _BAR_ROWS.start, 1)), cv2.COLORMAP_TURBO
+    )
     digits = 0 if high - low > 50.0 else 2
-    _write(strip, x_px, f"{low:.{digits}f}")
-    start = x_px + 64
-    strip[10:24, start : start + _BAR_PX] = bar
-    _write(strip, start + _BAR_PX + 8, f"{high:.{digits}f} {unit}")
+    first, last = f"{low:.{digits}f}", f"{high:.{digits}f} {unit}"
+    start_px = _width_px(first) + _GAP_PX
+    end_px = start_px + _BAR_PX + _GAP_PX
+    strip = np.full((_STRIP_PX, end_px + _width_px(last) + _GAP_PX, 3), 255, np.uint8)
+    _write(strip, 0, first)
+    strip[_BAR_ROWS, start_px : start_px + _BAR_PX] = bar
+    _write(strip, end_px, last)
+    return strip
+
+
+def _width_px(text: str) -> int:
+    return cv2.getTextSize(text, _FONT, _FONT_SCALE, 1)[0][0]
 
 
 def _write(strip: NDArray[np.uint8], x_px: int, text: str) -> None:
-    cv2.putText(strip, text, (x_px, 22), _FONT, 0.48, (40, 40, 40), 1, cv2.LINE_AA)
+    cv2.putText(strip, text, (x_px, 22), _FONT, _FONT_SCALE, (40, 40, 40), 1, cv2.LINE_AA)

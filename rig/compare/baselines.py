@@ -146,7 +146,7 @@ def rows_met(views: RectifiedViews, row_errors: RowErrors) -> RectifiedViews:
         return views
     mended, as_they_came = row_errors.mended(views.images), views.images.dtype
     if as_they_came != np.float32:
-        top = float(np.iinfo(str(as_they_came)).max)
+        top = float(np.iinfo(np.dtype(as_they_came).name).max)
         mended = np.clip(np.rint(mended), 0.0, top).astype(as_they_came)
     return replace(views, images=cast("Image", mended), row_errors=None, mending=None)
 

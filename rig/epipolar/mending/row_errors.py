@@ -105,9 +105,11 @@ class RowErrors:
                 self.fields, left.fields, self.rms_px, left.rms_px, strict=True
             )
         )
-        nowhere = np.zeros(0), np.zeros(0)
-        places = [nowhere if one is None else grid_of(one.shape) for one in fields]
-        is_known = np.asarray(self.across != 0.0).any(axis=1, keepdims=True)
+        nowhere: tuple[Float, Float] = np.zeros(0), np.zeros(0)
+        places: list[tuple[Float, Float]] = [
+            nowhere if one is None else grid_of(one.shape) for one in fields
+        ]
+        is_known = np.not_equal(self.across, 0.0).any(axis=1, keepdims=True)
         across = np.where(is_known, self.across, left.across)
         joined = RowErrors.of(fields, across, places)
         moved = (left.rms_px > 0.0).tolist()

@@ -1,6 +1,10 @@
 """The Zaber stage against a simulated chain: truth, opening and homing."""
 
+from collections.abc import Callable
+
 import pytest
+from rig_drivers.zaber.controller import ZaberController
+from rig_drivers.zaber.message import checksum
 from rig_drivers.zaber.words import HARMLESS, INTERFERENCE, UNHOMED
 
 from rig.errors import (
@@ -105,6 +109,46 @@ def test_the_most_urgent_flag_is_told() -> None:
                 stage.move_to(150.0, TIMEOUT_S)
             assert caught.value.code == told
             stage.home()
+
+
+def test_a_wrong_list_of_flags_is_told() -> None:
+    def with_count(count: str) -> Callable[[bytes], bytes]:
+        def changed(data: bytes) -> bytes:
+            text = data.decode().strip()
+            if not text.endswith(f" 00:{checksum(text[1:-3])}"):
+                return data
+            body = f"{text[1:-5]}{count}"
+            return f"@{body}:{checksum(body)}\r\n".encode()
+
+        return changed
+
+    for count in ("02", "x0"):
+        with simulated_bench(ZABER, before=Scripted) as bench, bench.stage as stage:
+            stage.home()
+            scripted(bench).on_transmit = with_count(count)
+            with pytest.raises(StageAlarmError, match=f"asked for the flags, found '{count}'"):
+                _ = stage.position_mm
+
+
+# -- speed and braking ----------------------------------------------------------------------------
+
+
+def test_the_time_to_brake_is_that_of_the_devices_own_settings() -> None:
+    with simulated_bench(ZABER) as bench, bench.stage as stage:
+        controller = stage._controller
+        assert isinstance(controller, ZaberController)
+        # v / a of a move at full speed, and a tenth more.
+        expected_s = 1.1 * FIRMWARE.max_rate_mm_s / FIRMWARE.acceleration_mm_s2
+        assert controller._braking_s == pytest.approx(expected_s, rel=0.01)
+
+
+@pytest.mark.parametrize(("version", "with_move"), [("7.25", True), ("7.24", False)])
+def test_the_speed_goes_with_the_move_from_firmware_7_25_on(version: str, with_move: bool) -> None:
+    firmware = firmware_with(version=version).model_copy(update={"max_rate_mm_s": 80.0})
+    with simulated_bench(ZABER, firmware, before=Scripted) as bench, bench.stage as stage:
+        stage.home()
+        stage.move_to(150.0, TIMEOUT_S)
+        assert (b"move abs 24000 52429" in scripted(bench).sent) is with_move
 
 
 # -- opening --------------------------------------------------------------------------------------

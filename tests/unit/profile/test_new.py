@@ -95,6 +95,20 @@ def test_a_problem_of_today_is_at_the_head():
     findings = [Findings("v4l2", "key", (locked, FoundDevice("/dev/b", "another")))]
     text = profile_text(recipe_for("b", findings, camera=None, views=None, stage=None))
     assert "# /dev/a: may not be opened; join group video" in text
+    assert "None" not in text
+
+
+def test_only_problems_of_what_may_belong_to_a_rig_are_told():
+    there = (
+        FoundDevice("/dev/ttyS0", "a port", problem="may not be opened"),
+        FoundDevice("/dev/ttyUSB0", "an adapter", problem="is in use"),
+        FoundDevice("/dev/ttyUSB1", "another"),
+    )
+    cameras = found("v4l2", "/dev/a", "/dev/b")
+    recipe = recipe_for(
+        "b", [cameras, Findings("serial", "key", there)], camera=None, views=None, stage=None
+    )
+    assert recipe.notes == ("/dev/ttyUSB0: is in use",)
 
 
 @pytest.mark.parametrize(

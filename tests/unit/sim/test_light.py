@@ -73,7 +73,7 @@ def test_a_roof_keeps_the_lamp_off_and_most_of_the_sky():
     # All of the sky is met at 100 mm over the cosine, which counts as a fifth of 500 mm or more.
     number = np.arange(20) + 0.5
     reach = np.minimum(99.5 / np.sqrt(1.0 - number / 20.0) / 500.0, 1.0)
-    assert dark == pytest.approx(DAYLIGHT * reach.mean(), rel=1e-3)
+    assert dark == pytest.approx(DAYLIGHT * reach.mean(), rel=1e-5)
 
 
 def test_a_roof_over_half_of_the_lamp_leaves_a_part_of_its_light():

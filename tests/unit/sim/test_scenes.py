@@ -15,7 +15,8 @@ import pytest
 from rig_sim.scenes import materials
 from rig_sim.scenes.bench import bench_surfaces
 from rig_sim.scenes.desk import desk_things
-from rig_sim.scenes.light import Thing
+from rig_sim.scenes.light import Thing, illuminate
+from rig_sim.scenes.place import ball, rectangle, tube
 from rig_sim.textures import fractal
 
 FILE = Path(__file__).with_name("scenes.json")
@@ -54,6 +55,17 @@ def means(texture: np.ndarray) -> list[list[float]]:
     return np.round(parts.mean(axis=(1, 3)), 6).tolist()
 
 
+def lit() -> list[list[list[float]]]:
+    """Means of the light on three things that stand in each other's light."""
+    white = np.ones((16, 16), np.float32)
+    shapes = (
+        rectangle((0.0, 150.0, 900.0), (300.0, 0.0, 60.0), (20.0, 10.0, -200.0)),
+        ball((-60.0, 80.0, 850.0), 70.0, tilt_deg=20.0),
+        tube((90.0, 150.0, 800.0), (110.0, -40.0, 830.0), 20.0),
+    )
+    return [means(one.texture) for one in illuminate([Thing(s, lambda: white) for s in shapes])]
+
+
 def written() -> dict[str, Any]:
     return {
         "desk": [of_thing(thing) for thing in desk_things()],
@@ -65,6 +77,7 @@ def written() -> dict[str, Any]:
             ]
             for surface in bench_surfaces()
         ],
+        "lit": lit(),
         "materials": {name: means(recipe()) for name, recipe in SAMPLES.items()},
     }
 
@@ -87,6 +100,10 @@ def test_wall_and_bench_are_what_they_were():
         assert surface.shape.kind == kind
         assert surface.shape.world_from_unit[:3] == pytest.approx(np.array(matrix), abs=2e-6)
         assert np.array(means(surface.texture)) == pytest.approx(np.array(parts), abs=2e-5)
+
+
+def test_light_and_shadow_fall_where_they_fell():
+    assert np.array(lit()) == pytest.approx(np.array(stored()["lit"]), abs=2e-5)
 
 
 @pytest.mark.parametrize("name", SAMPLES)

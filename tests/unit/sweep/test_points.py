@@ -80,7 +80,7 @@ def test_a_stop_that_cannot_be_trusted_gives_no_point(second: Measurement | None
 
 
 def plane_measured(
-    slope_px: float, centre_px: tuple[float, float], c: float, **changes: object
+    slope_px: float, centre_px: tuple[float, float], c: float, **changes: Any
 ) -> Measurement:
     values: dict[str, Any] = {
         "slope_px": slope_px,
@@ -132,11 +132,13 @@ def test_a_sample_without_its_plane_or_its_place_tells_no_tilt():
 
 
 def test_motion_is_the_rms_way_of_the_corners():
-    first = plane_measured(4.0, (0.0, 0.0), 0.0, corners_px=(((0.0, 0.0), (9.0, 9.0)),))
-    last = plane_measured(4.0, (0.0, 0.0), 0.0, corners_px=(((3.0, 4.0), (9.0, 9.0)),))
-    assert result_of(first, last).motion_px == pytest.approx((25.0 / 2) ** 0.5)
+    still = ((9.0, 9.0), (8.0, 8.0))
+    first = plane_measured(4.0, (0.0, 0.0), 0.0, corners_px=(((0.0, 0.0), *still),))
+    last = plane_measured(4.0, (0.0, 0.0), 0.0, corners_px=(((3.0, 4.0), *still),))
+    assert result_of(first, last).motion_px == pytest.approx((25.0 / 3) ** 0.5)
     between = dataclasses.replace(first, corners_px=None)
-    assert result_of(first, between, last).motion_px == pytest.approx((25.0 / 2) ** 0.5)
+    assert result_of(first, between, last).motion_px == pytest.approx((25.0 / 3) ** 0.5)
+    assert result_of(first).motion_px is None
 
 
 def test_motion_up_to_the_limit_is_allowed():

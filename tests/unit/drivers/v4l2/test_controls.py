@@ -66,6 +66,25 @@ def test_names_are_those_of_v4l2_ctl():
         assert "focus_automatic_continuous" in controls
 
 
+@pytest.mark.parametrize(
+    ("there", "listed"),
+    [
+        ([], "it has none at all"),
+        (
+            [FakeControl(abi.CID_GAIN, "Gain", 0, 9, 1), FakeControl(0x0098_0900, "Blue", 0, 9, 1)],
+            "it has blue, gain",
+        ),
+    ],
+)
+def test_a_device_without_a_control_is_told_with_those_it_has(
+    there: list[FakeControl], listed: str
+):
+    with opened(there) as controls, pytest.raises(ConfigError) as caught:
+        applied(controls, focus=35)
+    assert "asked for camera.focus, has no control for it" in str(caught.value)
+    assert listed in str(caught.value)
+
+
 def test_exposure_gain_focus_and_white_balance_end_their_automatisms_first():
     with opened(webcam_controls()) as controls:
         assert exposure_of(controls) is None
