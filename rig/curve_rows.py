@@ -50,12 +50,14 @@ def require_same_rows(run: Run, mending: Mending | None) -> None:
     missed = f"{name} is {drift.left.worst[worst]}"
     if curve.row_errors is None:
         raise CurveError(
-            f"curve {curve.id} was made without mending of rows, this rig's rows miss: {missed}; "
+            f"{curve.title} was made without mending of rows, this rig's rows miss: {missed}; "
             f"{effect}",
-            advice=f"run `rig fit {curve.sweep_id}`, or sweep again",
+            advice="sweep again"
+            if curve.sweep_id is None
+            else f"run `rig fit {curve.sweep_id}`, or sweep again",
         )
     raise CurveError(
-        f"rows miss otherwise than when curve {curve.id} was made: {missed} beyond that; {effect}",
+        f"rows miss otherwise than when {curve.title} was made: {missed} beyond that; {effect}",
         advice=f"a camera has moved: run `rig sweep {run.profile.name}` again",
     )
 

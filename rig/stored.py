@@ -63,6 +63,11 @@ class RunCurve:
     row_errors: RowErrors | None = None
     """What the rows of the views missed by when it was made; None where nobody looked."""
 
+    @property
+    def title(self) -> str:
+        """What messages call it."""
+        return "the curve that was given" if self.id is None else f"curve {self.id}"
+
 
 @dataclass(frozen=True, slots=True)
 class Run:

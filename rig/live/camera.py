@@ -141,6 +141,7 @@ class DepthCamera:
             CaptureTimeoutError: not all views arrived in time.
             ViewSkewError: the views were exposed too far apart in time.
             DeviceLostError: the device is gone; it is not looked for.
+            CurveError: rows miss otherwise than when the curve was made.
             SlopeError: the images give no slopes at all.
         """
         config = self.run.profile.camera
@@ -167,6 +168,7 @@ class DepthCamera:
         Raises:
             CameraUseError: outside of `with`, or another thread uses the camera.
             DeviceError: the device failed, or went away and did not come back.
+            CurveError: rows miss otherwise than when the curve was made.
             SlopeError: the images give no slopes at all, or the reference view is frozen.
         """
         self._running()

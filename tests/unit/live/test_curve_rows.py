@@ -90,6 +90,16 @@ def test_a_curve_made_without_mending_is_refused_where_rows_miss():
         captured(None, misses=True)
 
 
+def test_a_curve_that_a_program_brought_is_named_as_such():
+    brought = replace(run(None), curve=RunCurve(None, fit_curve(exact_sweep()).best, None))
+    device = Sequence(NAMES, [frames(misses=True)])
+    with (
+        DepthCamera(brought, lambda: nullcontext((device, SystemClock()))) as camera,
+        pytest.raises(CurveError, match=r"^the curve that was given was made .*; sweep again$"),
+    ):
+        list(camera)
+
+
 @pytest.mark.parametrize("looked", [False, True])
 def test_a_curve_serves_where_rows_meet(looked: bool):
     first, second = captured(rows_of_sweep(misses=False) if looked else None, misses=False)
