@@ -83,7 +83,7 @@ def fit_lines(
         scale: grey difference beyond which a view is doubted (Cauchy scale).
         derivative_variance: variance that noise alone gives the derivative of the grey value by
             the position, (grey / px)^2.
-        locking: its covariance with the grey value itself, as `local_noise.locking` gives it.
+        locking: its covariance with the grey value itself (`rig.epipolar.noise.local.locking`).
         reach_px: largest step that the linearisation can be trusted for, px per view step.
         splines: what `rig.epipolar.sampling.pad` makes of the images, if there already.
         drift: (2, H, W) light that changes with the view, see `rig.epipolar.drift`; None for none.

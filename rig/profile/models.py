@@ -12,7 +12,7 @@ from rig.profile.world import WorldConfig
 
 
 class SweepConfig(Model):
-    """The calibration sweep when the command line does not say otherwise."""
+    """The sweep when the command line does not say otherwise."""
 
     from_mm: Positive
     """First distance, visited."""
@@ -82,7 +82,7 @@ class Profile(Model):
     target: TargetConfig | None = None
     """The board; not needed for capture."""
     sweep: SweepConfig | None = None
-    """The calibration sweep; not needed for capture."""
+    """The sweep; not needed for capture."""
     slopes: SlopeConfig
     """Search range of the dense estimator."""
     quality: QualityConfig = QualityConfig()

@@ -12,7 +12,6 @@ from rig_drivers.v4l2.pixels import DECODERS
 
 RATE_TOLERANCE = 0.005
 """Largest relative difference between a rate asked for and one offered: 30 Hz takes 29.97 Hz."""
-_NO_RATE = "a rate it does not tell"
 
 
 @dataclass(frozen=True, slots=True)

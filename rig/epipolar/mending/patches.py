@@ -38,7 +38,7 @@ class Patches:
     along_px: Float
     """(N,) shift along the line, towards falling slopes."""
     across_px: Float
-    """(N,) shift across it, as `across_of` turns it."""
+    """(N,) shift across it, in the sense of `directions`."""
     sigma_px: Float
     """(N,) of the shift across, by what the patches differ by, 1 sigma."""
 

@@ -1,8 +1,8 @@
 """The least squares that tell where views are: solved, judged, and what they leave unknown.
 
-Slopes and grey values of the pixels are eliminated pixel by pixel (see `placement_fit`). What the
-places leave unexplained is not white: neighbouring pixels share what the model of the picture does
-not know (gloss, shade, aliasing, a slope that is wrong). So sigma comes from how the cells of the
+Slopes and grey values of the pixels are eliminated pixel by pixel (`rig.epipolar.placement.fit`).
+What the places leave unexplained is not white: neighbouring pixels share what the model of the
+picture does not know (gloss, shade, aliasing, a slope that is wrong). So sigma comes from how the cells of the
 picture contradict each other (K.-Y. Liang and S. Zeger, "Longitudinal data analysis using
 generalized linear models", Biometrika 73, 1986), and a place is believed only where what one half
 of the cells, as on a chess-board, says about it makes the views agree better in the other half.
