@@ -80,7 +80,7 @@ def test_a_stop_that_cannot_be_trusted_gives_no_point(second: Measurement | None
 
 
 def plane_measured(
-    slope_px: float, centre_px: tuple[float, float], c: float, **changes: object
+    slope_px: float, centre_px: tuple[float, float], c: float, **changes: Any
 ) -> Measurement:
     values: dict[str, Any] = {
         "slope_px": slope_px,
