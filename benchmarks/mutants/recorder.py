@@ -72,8 +72,12 @@ class Recorder:
 
 
 def plain(nodeid: str) -> str:
-    """Return a test's name without the group that pytest-xdist puts behind it."""
-    return nodeid.partition("@")[0]
+    """Return a test's name without the group that pytest-xdist puts behind it.
+
+    A name with parameters, which may hold any character, ends with a bracket; a group does not.
+    """
+    name, _, group = nodeid.rpartition("@")
+    return name if name and not group.endswith("]") else nodeid
 
 
 def pytest_configure(config: pytest.Config) -> None:

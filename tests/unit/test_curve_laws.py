@@ -103,3 +103,9 @@ def test_spline_refuses_knots_that_do_not_fall(
 ) -> None:
     with pytest.raises(ValueError, match="falling"):
         Spline(knots_mm, knots_px)
+
+
+def test_at_the_focus_itself_the_side_after_it_counts() -> None:
+    law = TwoLines(700.0, -0.09, -0.03)
+    rates = law.depth_per_slope(np.array([1e-9, 0.0, -1e-9]))
+    assert rates == pytest.approx([-1.0 / 0.09, -1.0 / 0.03, -1.0 / 0.03])

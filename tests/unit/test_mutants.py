@@ -9,6 +9,7 @@ import pytest
 from benchmarks.mutants.covering import Covering
 from benchmarks.mutants.equivalent import equivalents
 from benchmarks.mutants.operators import mutations
+from benchmarks.mutants.recorder import plain
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -63,6 +64,19 @@ def test_every_fault_that_is_listed_as_equal_can_be_made():
         for one in mutations(path, (ROOT / path).read_bytes())
     }
     assert set(equivalents()) - there == set()
+
+
+@pytest.mark.parametrize(
+    ("nodeid", "name"),
+    [
+        ("a.py::test_b", "a.py::test_b"),
+        ("a.py::test_b@/at/a.py", "a.py::test_b"),
+        ("a.py::test_b[x@y]", "a.py::test_b[x@y]"),
+        ("a.py::test_b[x@y]@group", "a.py::test_b[x@y]"),
+    ],
+)
+def test_the_group_of_a_test_is_no_part_of_its_name(nodeid: str, name: str):
+    assert plain(nodeid) == name
 
 
 TREE = {

@@ -54,6 +54,18 @@ def test_coverage_counts_area_pairs_tilts_and_distances():
     assert "left-right 3" in coverage_text(coverage, NAMES)
 
 
+def test_a_corner_on_the_border_belongs_to_the_part_beside_it():
+    one = seen(0)
+    detection = one.by_view[0]
+    assert isinstance(detection, Detection)
+    xy_px = detection.xy_px.copy()
+    xy_px[:4] = [(640.0, 400.0), (0.0, 400.0), (640.0, 0.0), (-0.4, -0.4)]
+    moved = replace(one, by_view=(replace(detection, xy_px=xy_px), one.by_view[1]))
+    cells = coverage_of([moved], BOARD, 2).cells[0]
+    assert cells.sum() == len(xy_px)
+    assert [cells[-1, -1], cells[-1, 0], cells[0, -1], cells[0, 0]] == [1, 1, 1, 1]
+
+
 def test_advice_names_what_is_missing_and_ends_when_nothing_is():
     sightings = [seen(0)]
     assert "left and right both see it" in advise(coverage_of(sightings, BOARD, 2), NAMES, 0).text

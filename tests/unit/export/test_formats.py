@@ -320,3 +320,26 @@ def test_damage_is_a_format_error_or_reads(
         return content[:start] + junk + content[start + length :]
 
     spoil(name, tmp_path, cut)
+
+
+def test_the_reference_of_mrcal_is_the_view_that_is_not_turned(tmp_path: Path) -> None:
+    one = geometry_with("none")
+    turned = Pose.from_vectors(np.array([0.0, 0.0, 0.3]), np.zeros(3))
+    geometry = RigGeometry(
+        ("a", "b", "c"), 1, one.cameras, (turned, Pose.identity(), one.cam_from_reference[2])
+    )
+    export_geometry(geometry, FORMATS["mrcal"], tmp_path)
+    found = FORMATS["mrcal"].read(tmp_path)
+    assert found.names[found.reference] == "b"
+    assert largest_gap_px(found, geometry) < 1e-6
+
+
+@pytest.mark.parametrize("place", [5, 6, 7])
+def test_a_single_rational_coefficient_is_kept_by_depthai(tmp_path: Path, place: int) -> None:
+    coefficients = [0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    coefficients[place] = 0.02
+    geometry = geometry_with("brown8", tuple(coefficients))
+    depthai.write(geometry, tmp_path / "it.json", sockets=SOCKETS)
+    cameras = FORMATS["depthai"].read(tmp_path / "it.json").cameras
+    assert [camera.lens for camera in cameras] == ["brown8"] * 3
+    assert cameras[0].coefficients == pytest.approx(coefficients)

@@ -59,3 +59,14 @@ def test_the_lens_blurs_an_edge_by_its_point_spread():
     assert middle == pytest.approx(79.5, abs=1e-3)
     # np.gradient adds 1/2 of its own, the pixel none: the edge lies between two of them.
     assert variance - 0.25 == pytest.approx(1.5**2, rel=0.05)
+
+
+def test_the_lens_blurs_down_as_it_blurs_across():
+    light = np.zeros((90, 90), np.float32)
+    light[:, 45:] = 1.0
+    sensor = SensorConfig(black_level=0.0)
+    across, down = (
+        Exposure.of(picture, sensor, ViewErrorConfig(), blur_px=1.5).mean_levels
+        for picture in (light, np.ascontiguousarray(light.T))
+    )
+    assert pytest.approx(across, abs=1e-4) == down.T
