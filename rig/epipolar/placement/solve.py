@@ -2,10 +2,11 @@
 
 Slopes and grey values of the pixels are eliminated pixel by pixel (`rig.epipolar.placement.fit`).
 What the places leave unexplained is not white: neighbouring pixels share what the model of the
-picture does not know (gloss, shade, aliasing, a slope that is wrong). So sigma comes from how the cells of the
-picture contradict each other (K.-Y. Liang and S. Zeger, "Longitudinal data analysis using
-generalized linear models", Biometrika 73, 1986), and a place is believed only where what one half
-of the cells, as on a chess-board, says about it makes the views agree better in the other half.
+picture does not know (gloss, shade, aliasing, a slope that is wrong). So sigma comes from how the
+cells of the picture contradict each other (K.-Y. Liang and S. Zeger, "Longitudinal data analysis
+using generalized linear models", Biometrika 73, 1986), and a place is believed only where what one
+half of the cells, as on a chess-board, says about it makes the views agree better in the other
+half.
 
 How large errors of places are, the pictures tell as well; the same must be expected of the parts
 that no match can know (empirical Bayes: B. Efron and C. Morris, "Stein's estimation rule and its
