@@ -24,7 +24,7 @@ PAGES = sorted(
 FOLDERS = ("rig", "drivers", "sim", "tests", "docs", "benchmarks", "calib_profiles")
 OTHER_NAMES = {"rig.cameras", "rig.stages", "rig.MultiView"}
 """Look like modules: groups of entry points, the schema of a recording."""
-MADE = {"calib_profiles/bench.toml"}
+MADE = {"calib_profiles/bench.toml", "benchmarks/out/mutants"}
 """Paths that a reader makes."""
 FILES = (".toml", ".sqlite", ".html", ".yml", ".yaml", ".json")
 FENCE = re.compile(r"^(`{3,}|~{3,}).*?^\1\s*$", re.MULTILINE | re.DOTALL)
