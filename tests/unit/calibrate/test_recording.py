@@ -28,12 +28,12 @@ POSES = tuple(
 )
 
 
-def recorded_rig(file: Path) -> Profile:
-    """A rig of three views whose camera is a recording of a drawn board in eight poses."""
+def recorded_rig(file: Path, poses: tuple[BoardScene, ...]) -> Profile:
+    """A rig of three views whose camera is a recording of a drawn board in some poses."""
     bench = bench_profile()
     views = bench.views[:3]
     with RecordingWriter(file, [view.name for view in views], {"kind": "drawn"}) as writer:
-        for number, scene in enumerate(POSES):
+        for number, scene in enumerate(poses):
             writer.write(
                 MultiView(
                     tuple(
@@ -52,8 +52,9 @@ def drawn(scene: BoardScene, number: int, x_steps: float, y_steps: float) -> np.
     return digitised(clean, noise=1.0, rng=np.random.default_rng(number))
 
 
+@pytest.mark.slow
 def test_every_picture_of_a_recording_is_read_and_solved(tmp_path: Path) -> None:
-    profile = recorded_rig(tmp_path / "board.mcap")
+    profile = recorded_rig(tmp_path / "board.mcap", POSES)
     told: list[str] = []
     with open_store(sqlite_url(tmp_path)) as store, Interrupts() as interrupts:
         operator = Operator(interrupts, lambda *_: None, told.append)
@@ -76,7 +77,7 @@ def test_every_picture_of_a_recording_is_read_and_solved(tmp_path: Path) -> None
 
 @pytest.mark.parametrize("wish", ["resume", "on_stage"])
 def test_a_recording_knows_no_stage_and_is_never_resumed(tmp_path: Path, wish: str) -> None:
-    profile = recorded_rig(tmp_path / "board.mcap")
+    profile = recorded_rig(tmp_path / "board.mcap", POSES[:1])
     stage = bench_profile().stage
     profile = profile.model_copy(update={"stage": stage})
     request = replace(CalibrateRequest(profile), **{wish: True})
