@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from rig.arrays import Float
 from rig.targets import lattice as lattices
 from rig.targets import links
 from rig.targets.lattice import Lattice, cut_to_size, grow_lattices, without_strays
@@ -30,7 +30,7 @@ def moved(saddles: Saddles, index: int, xy_px: tuple[float, float]) -> Saddles:
     return Saddles(places, saddles.axes, saddles.bright, saddles.contrast)
 
 
-def chosen(rows: int, columns: int) -> Float:
+def chosen(rows: int, columns: int) -> NDArray[np.intp]:
     number = np.arange(rows * columns).reshape(rows, columns)
     padded = np.pad(number, 1, constant_values=-1)
     around = [padded[1:-1, 2:], padded[1:-1, :-2], padded[2:, 1:-1], padded[:-2, 1:-1]]
@@ -81,9 +81,8 @@ def test_a_step_of_over_two_and_a_half_others_has_jumped(away_px: float, is_one:
 def test_of_several_along_one_direction_the_nearest_counts() -> None:
     four = board(1, 4)  # 0 sees 1 and 3, which have the other colour
     assert neighbours(four, None)[0].tolist() == [[1, -1], [-1, -1]]
-    far_first = Saddles(
-        *(part[::-1] for part in (four.xy_px, four.axes, four.bright)), four.contrast
-    )
+    reverse = four.xy_px[::-1], four.axes[::-1], four.bright[::-1], four.contrast
+    far_first = Saddles(*reverse)
     assert neighbours(far_first, None)[3].tolist() == [[2, -1], [-1, -1]]
 
 

@@ -150,7 +150,7 @@ def test_one_crossing_is_found_with_place_axes_side_and_contrast(turn_deg: float
     across = np.cos(angle) * (y - place[1]) - np.sin(angle) * (x - place[0])
     sharp = np.where(along * across > 0, 200.0, 40.0).astype(np.float32)
     picture = cv2.resize(sharp, (44, 36), interpolation=cv2.INTER_AREA)
-    found = find_saddles(picture, smooth_px=1.0, ring_px=3.5)
+    found = find_saddles(np.asarray(picture, np.float32), smooth_px=1.0, ring_px=3.5)
     assert len(found) == 1
     assert found.xy_px[0] == pytest.approx(place, abs=0.15)
     axis = np.arctan2(found.axes[0, :, 1], found.axes[0, :, 0]) % (np.pi / 2)
