@@ -143,3 +143,11 @@ def test_a_board_has_three_corners_each_way(columns: int, rows: int) -> None:
     assert board.has_one_way_up is ((columns + rows) % 2 == 1)
     assert board.points_mm.shape == (rows, columns, 3)
     assert board.points_mm[-1, -1].tolist() == [2.0 * (columns - 1), 2.0 * (rows - 1), 0.0]
+
+
+def test_motion_is_the_root_of_the_mean_squared_distance() -> None:
+    moved = grid()
+    moved[0, 0] += (3.0, 4.0)
+    moved[3, 2] += (0.0, -12.0)
+    last = Corners(BOARD, moved, np.ones((4, 5)), 1.0, 100.0)
+    assert corners.corner_motion_px(found(20.0, 1.0), last) == pytest.approx((169 / 20) ** 0.5)
