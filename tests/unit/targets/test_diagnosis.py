@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.stats import norm
 
 from rig.arrays import Float
 from rig.errors import TargetError
+from rig.frames import GreyImage
 from rig.targets import CharucoBoard
 from rig.targets import checkerboard_diagnosis as diagnosis
 from rig.targets.charuco.diagnosis import _across, _blur_px, _holds, check_measurable
@@ -141,12 +141,10 @@ def test_the_next_line_of_corners_tells_what_is_clipped(
     assert diagnosis._touched(lattice(3, 3, at=at), SHAPE) == borders
 
 
-def saturated(
-    share: float, full: int, kind: type[np.uint8] | type[np.uint16]
-) -> NDArray[np.uint16]:
-    image = np.full(1000, full // 2, kind)
-    image[: round(1000 * share)] = full
-    return image.reshape(20, 50)
+def saturated(share: float, full: int, kind: type[np.uint8] | type[np.uint16]) -> GreyImage:
+    levels = np.where(np.arange(1000) < round(1000 * share), full, full // 2)
+    image = levels.reshape(20, 50)
+    return image.astype(np.uint8) if kind is np.uint8 else image.astype(np.uint16)
 
 
 @pytest.mark.parametrize(
@@ -164,9 +162,7 @@ def saturated(
         (np.full((20, 50), 123, np.uint16), None),
     ],
 )
-def test_exposure_is_blamed_beyond_its_limits(
-    image: NDArray[np.uint16], reason: str | None
-) -> None:
+def test_exposure_is_blamed_beyond_its_limits(image: GreyImage, reason: str | None) -> None:
     error = exposure_at_fault(image, "asked")
     assert (error is None) if reason is None else reason in str(error)
 
