@@ -29,6 +29,18 @@ _REASONS: dict[tuple[str, str, str, str], str] = {
         "-1",
         "(1)",
     ): _ONE_AXIS,
+    (
+        "rig/targets/corners.py",
+        "for quarter in range(4):",
+        "4",
+        "(5)",
+    ): "a fifth quarter turn is the first way up again, and of two alike the first is taken",
+    (
+        "rig/depth/pfm.py",
+        'order = "<f4" if float(scale) < 0 else ">f4"',
+        "float(scale) < 0",
+        "(float(scale) <= 0)",
+    ): "a scale of 0 was refused before",
     ("rig/database/columns.py", "cache_ok = True", "True", "(False)"): _ONLY_FASTER,
 }
 """By path, the line, what stands there and what replaces it, each without line ends."""

@@ -89,6 +89,30 @@ def test_depth_is_that_of_the_slope_without_its_field() -> None:
     assert flat.sigma_mm[0, 0] > flat.sigma_mm[50, 80]
 
 
+def test_sigma_grows_by_the_variance_of_the_field_at_the_pixel() -> None:
+    slope_px = np.full((60, 100), 24400.0 / 600.0 - 35.0, np.float32)
+    slope_px += FIELD.maps((60, 100))[0]
+    slopes = SlopeMap(slope_px, np.full_like(slope_px, 0.001), np.ones(slope_px.shape, np.uint8))
+    found = depth_from_slopes(slopes, curve(FIELD), max_sigma_pct=1.0)
+    x, y = -80.0, -50.0
+    own_px2 = 0.001**2 + float(curve(FIELD).curve_sigma_px(np.array([600.0]))[0]) ** 2
+    sigma_px = np.sqrt(own_px2 + 1e-10 * (x * x + y * y) + 2 * 2e-11 * x * y)
+    per_px = 24400.0 / (24400.0 / 600.0) ** 2
+    assert found.sigma_mm[0, 0] == pytest.approx(sigma_px * per_px, rel=0.01)
+    assert found.sigma_mm[50, 80] == pytest.approx(own_px2**0.5 * per_px, rel=0.01)
+
+
+def test_a_field_is_linear_and_its_variance_a_square() -> None:
+    term = FieldTerm((3.0, 2.0), (0.5, -0.25), ((4.0, 1.0), (1.0, 9.0)))
+    slope, variance = term.maps((4, 6))
+    y, x = np.mgrid[:4, :6] - np.array([2.0, 3.0])[:, None, None]
+    assert slope == pytest.approx(0.5 * x - 0.25 * y)
+    assert variance == pytest.approx(4 * x * x + 2 * x * y + 9 * y * y)
+    assert term.slope_px(5.0, 7.0) == 0.5 * 2 - 0.25 * 5
+    flat = FieldTerm((3.0, 2.0), (0.5, -0.25), ((0.0, 0.0), (0.0, 0.0)))
+    assert flat.maps((4, 6))[1].max() == 0.0
+
+
 def test_a_curve_with_a_field_survives_json_and_one_without_reads_as_before() -> None:
     for field in (FIELD, None):
         before = curve(field)

@@ -135,6 +135,7 @@ def test_malformed_pfm_is_refused_or_a_map(content: bytes, folder: Path) -> None
         (b"Pf\n1 1\n-1\n" + bytes(5), "need 4 bytes, found 5"),
         (b"Pf\n1 1\n0\n" + bytes(4), "none may be 0"),
         (b"Pf\n0 1\n-1\n", "none may be 0"),
+        (b"Pf\n1 1\n1e999\n" + bytes(4), "none may be 0"),
     ],
 )
 def test_each_fault_of_a_pfm_is_named(content: bytes, says: str, tmp_path: Path) -> None:

@@ -1,0 +1,153 @@
+"""The board's order, its smoothness and the level that suits its blur, on grids of points."""
+
+import numpy as np
+import pytest
+
+from rig.arrays import Float
+from rig.errors import TargetError
+from rig.targets import corners
+from rig.targets.checkerboard import Checkerboard
+from rig.targets.corner_fit import CrossingFit
+from rig.targets.corners import Corners
+from rig.targets.lattice import Lattice
+
+BOARD = Checkerboard(5, 4, 25.0)
+
+
+def grid(rows: int = 4, columns: int = 5, side_px: float = 20.0) -> Float:
+    row, column = np.mgrid[:rows, :columns].astype(np.float64)
+    return side_px * np.stack([column, row], axis=-1) + np.array([50.0, 60.0])
+
+
+def black_first(rows: int = 4, columns: int = 5) -> Lattice:
+    """Towards the lower right of (0, 0) is black: the bright quadrants are the other two."""
+    row, column = np.indices((rows, columns))
+    towards = np.where((row + column) % 2 == 0, -1.0, 1.0)
+    bright = towards[..., None] * np.array([np.cos(np.pi / 2), np.sin(np.pi / 2)])
+    return Lattice(grid(rows, columns), bright)
+
+
+@pytest.mark.parametrize("quarters", range(4))
+def test_a_lattice_is_turned_to_the_boards_order(quarters: int) -> None:
+    turned = Lattice(
+        np.rot90(black_first().xy_px, quarters), np.rot90(black_first().bright, quarters)
+    )
+    found = corners._oriented(turned, BOARD)
+    assert found is not None
+    assert found.xy_px.tolist() == grid().tolist()
+
+
+def test_colours_the_other_way_round_start_at_the_other_end() -> None:
+    other = Lattice(grid(), -black_first().bright)
+    found = corners._oriented(other, BOARD)
+    assert found is not None
+    assert found.xy_px.tolist() == grid()[::-1, ::-1].tolist()
+    assert corners._black_first(black_first())
+    assert not corners._black_first(other)
+
+
+def test_where_both_ends_fit_the_one_at_the_top_left_is_first() -> None:
+    both = black_first(4, 6)
+    turned = Lattice(both.xy_px[::-1, ::-1], both.bright[::-1, ::-1])
+    found = corners._oriented(turned, Checkerboard(6, 4, 25.0))
+    assert found is not None
+    assert found.xy_px.tolist() == both.xy_px.tolist()
+
+
+def test_another_count_is_not_that_board() -> None:
+    assert corners._oriented(black_first(4, 4), BOARD) is None
+    assert corners._oriented(black_first(3, 5), BOARD) is None
+
+
+def test_missing_corners_are_where_the_others_put_them() -> None:
+    row, column = np.mgrid[:4, :5].astype(np.float64)
+    below = 1 + 0.02 * column - 0.03 * row
+    whole = np.stack([(20 * column + 3 * row + 50) / below, (18 * row + 60) / below], axis=-1)
+    seen = whole.copy()
+    seen[0, 0] = seen[2, 3] = np.nan
+    assert corners._completed(seen) == pytest.approx(whole, abs=1e-4)
+    assert corners._completed(whole) is whole
+
+
+@pytest.mark.parametrize(
+    ("blur_px", "level", "levels", "suits"),
+    [
+        (0.99, 1, 3, 0), (1.0, 1, 3, 1), (2.5, 1, 3, 1), (2.51, 1, 3, 2), (2.51, 2, 3, 2),
+        (0.5, 0, 3, 0), (0.5, 2, 3, 1), (3.0, 0, 1, 0), (3.0, 0, 2, 1),
+    ],
+)  # fmt: skip
+def test_edges_are_measured_where_they_are_one_to_two_and_a_half_pixels_wide(
+    blur_px: float, level: int, levels: int, suits: int
+) -> None:
+    assert corners._suiting(blur_px, level, levels) == suits
+
+
+@pytest.mark.parametrize(("axis", "bend"), [(0, 0.5), (1, 0.75)])
+def test_bend_is_the_largest_change_over_the_shortest_step(axis: int, bend: float) -> None:
+    xy_px = np.zeros((4, 5, 2))
+    xy_px[..., 0] = np.array([0.0, 10.0, 20.0, 28.0, 42.0])  # steps 10, 10, 8, 14
+    xy_px[..., 1] = np.array([0.0, 8.0, 12.0, 18.0])[:, None]  # steps 8, 4, 6: by 4 over 4
+    expected = 6 / 8 if axis == 1 else 4 / 4
+    assert corners._bend(xy_px, axis) == pytest.approx(expected)
+    assert expected >= bend
+
+
+def fit(xy_px: Float, contrast: Float) -> CrossingFit:
+    return CrossingFit(xy_px.reshape(-1, 2), np.ones(20), np.ones(20), contrast.ravel())
+
+
+def test_a_board_has_colours_in_turn_and_smooth_lines() -> None:
+    row, column = np.indices((4, 5))
+    turn = np.where((row + column) % 2, -100.0, 100.0)
+    assert corners._is_board(fit(grid(), turn), BOARD)
+    assert corners._is_board(fit(grid(), -turn), BOARD)
+    one_wrong = turn.copy()
+    one_wrong[2, 2] *= -1
+    assert not corners._is_board(fit(grid(), one_wrong), BOARD)
+    assert not corners._is_board(fit(grid(), np.abs(turn)), BOARD)
+    gone = grid()
+    gone[3, 4] = np.nan
+    assert not corners._is_board(fit(gone, turn), BOARD)
+    for axis in (0, 1):
+        for off_px, is_smooth in ((2.5, True), (4.0, False)):
+            bent = grid()
+            bent[2, 2, axis] += off_px  # changes steps by twice that: a quarter, two fifths
+            assert corners._is_board(fit(bent, turn), BOARD) is is_smooth
+
+
+def found(side_px: float, blur_px: float) -> Corners:
+    return Corners(BOARD, grid(side_px=side_px), np.ones((4, 5)), blur_px, 100.0)
+
+
+def test_small_and_blurred_boards_are_refused_at_their_limits() -> None:
+    fine = found(6.0, 1.2)
+    assert corners._checked(fine) is fine
+    with pytest.raises(TargetError, match=r"squares of 5\.9 px") as small:
+        corners._checked(found(5.9, 0.5))
+    with pytest.raises(TargetError, match=r"blurred by 4\.1 px .* at most 4\.0 px") as blurred:
+        corners._checked(found(20.0, 4.1))
+    assert (small.value.reason, blurred.value.reason) == ("too-small", "blurred")
+
+
+@pytest.mark.parametrize("shape", [(16, 15), (15, 16), (16, 16, 3)])
+def test_a_picture_is_grey_and_of_sixteen_pixels_or_more(shape: tuple[int, ...]) -> None:
+    with pytest.raises(TargetError, match="at least 16 x 16 finite pixels"):
+        corners.find_corners(np.zeros(shape, np.uint8), BOARD)
+    with pytest.raises(TargetError, match="dark picture"):
+        corners.find_corners(np.zeros((16, 16), np.uint8), BOARD)
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(3, 3), (4, 3), (3, 4)])
+def test_a_board_has_three_corners_each_way(columns: int, rows: int) -> None:
+    board = Checkerboard(columns, rows, 2.0)
+    assert board.has_one_way_up is ((columns + rows) % 2 == 1)
+    assert board.points_mm.shape == (rows, columns, 3)
+    assert board.points_mm[-1, -1].tolist() == [2.0 * (columns - 1), 2.0 * (rows - 1), 0.0]
+
+
+def test_motion_is_the_root_of_the_mean_squared_distance() -> None:
+    moved = grid()
+    moved[0, 0] += (3.0, 4.0)
+    moved[3, 2] += (0.0, -12.0)
+    last = Corners(BOARD, moved, np.ones((4, 5)), 1.0, 100.0)
+    assert corners.corner_motion_px(found(20.0, 1.0), last) == pytest.approx((169 / 20) ** 0.5)

@@ -1,0 +1,46 @@
+"""Frames and multi-views: their times, their scale, and that nobody writes into them."""
+
+import numpy as np
+import pytest
+
+from rig.frames import Frame, MultiView
+
+
+def frame(at_s: float = 5.0, **changes: float | int | None) -> Frame:
+    kind = np.uint16 if changes.pop("wide", None) else np.uint8
+    image = np.full((2, 3), round(at_s), kind)
+    return Frame("a", image, at_s, 1, **changes)  # pyright: ignore[reportArgumentType]
+
+
+def test_light_was_collected_from_half_an_exposure_before_the_earliest_middle() -> None:
+    assert frame().began_s == 5.0
+    assert frame(exposure_s=0.5).began_s == 4.75
+    assert frame(uncertainty_s=0.25).began_s == 4.75
+    assert frame(exposure_s=0.5, uncertainty_s=0.25).began_s == 4.5
+    assert frame().uncertainty_s == 0.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "full"),
+    [({}, 255), ({"bits": 7}, 127), ({"wide": 1}, 65535), ({"wide": 1, "bits": 10}, 1023)],
+)
+def test_a_saturated_pixel_has_all_bits(changes: dict[str, int], full: int) -> None:
+    assert frame(**changes).full_scale == full
+
+
+def test_nobody_writes_into_a_frame() -> None:
+    image = np.zeros((2, 3), np.uint8)
+    taken = Frame("a", image, 0.0, 1)
+    with pytest.raises(ValueError, match="read-only"):
+        taken.image[0, 0] = 1
+    image[0, 0] = 7
+    assert taken.image[0, 0] == 7
+
+
+def test_a_multi_view_has_a_mean_time_a_skew_and_a_stack() -> None:
+    taken = MultiView((frame(3.0), frame(1.0), frame(8.0)))
+    assert taken.timestamp_s == 4.0
+    assert taken.skew_s == 7.0
+    assert MultiView((frame(3.0),)).skew_s == 0.0
+    assert taken.stack().shape == (3, 2, 3)
+    assert taken.stack()[:, 0, 0].tolist() == [3, 1, 8]
