@@ -52,7 +52,7 @@ def test_corners_lie_a_square_apart_around_the_middle_row_by_row():
 
 
 def test_a_plain_board_begins_with_a_black_square():
-    light = np.float32([[INK, PAPER, INK], [PAPER, INK, PAPER]])
+    light = np.array([[INK, PAPER, INK], [PAPER, INK, PAPER]], np.float32)
     np.testing.assert_array_equal(BOARD.texels, light)
     assert BOARD.texel_mm == 10.0
 

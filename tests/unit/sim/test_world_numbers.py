@@ -133,7 +133,7 @@ def test_the_last_three_moments_are_kept():
 @pytest.mark.parametrize(("bits", "most"), [(8, 255), (16, 65535)])
 def test_levels_run_from_zero_to_the_full_scale_of_the_bits(bits: Literal[8, 16], most: int):
     sensor = SensorConfig(bits=bits, black_level=0.0, read_noise_levels=0.0)
-    light = np.float32([[0.0, 0.5], [1.0, 2.0]])
+    light = np.array([[0.0, 0.5], [1.0, 2.0]], np.float32)
     exposed = Exposure.of(light, sensor, ViewErrorConfig(), blur_px=0.0)
     assert exposed.mean_levels == pytest.approx(light * most)
     assert exposed.sigma_levels[1, 0] == pytest.approx(
