@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from itertools import count
+from itertools import count, pairwise
 
 import pytest
 from rig_drivers.stage.serial_stage import SerialStage
 
-from rig.errors import DeviceLostError, StageAlarmError, StageTimeoutError
+from rig.errors import DeviceLostError, DeviceNotFoundError, StageAlarmError, StageTimeoutError
 from rig.profile import StageConfig
 from tests.support.scripted_wire import Scripted, scripted
 from tests.support.stages import MARLIN, STAGE, ZABER, simulated_bench
@@ -102,3 +102,57 @@ def test_a_zaber_that_says_nothing_is_told_to_stop_and_lost():
         with pytest.raises(DeviceLostError):
             stage.stop()
         assert b" stop:" in wire.sent
+
+
+def test_a_zaber_is_asked_four_times_and_eight_times_while_it_may_be_starting():
+    with homed(ZABER) as (stage, wire):
+        wire.on_transmit = without(b"")
+        with pytest.raises(StageTimeoutError, match=r"`warnings` got no answer within 2\.0 s"):
+            _ = stage.position_mm
+        assert wire.sent.count(b" warnings:") == 4
+    with simulated_bench(ZABER, before=Scripted) as bench:
+        wire = scripted(bench)
+        wire.on_transmit = without(b"")
+        began_s = bench.clock.now_s()
+        with pytest.raises(DeviceNotFoundError, match="Zaber device 1, nothing answered"):
+            bench.stage.__enter__()
+        lines = [line.rpartition(b":")[0] for line in wire.sent.splitlines()]
+        assert lines == [*(b"/1 0 %d" % number for number in range(1, 9)), b"/0 0 --"]
+        assert bench.clock.now_s() - began_s == pytest.approx(9 * 0.5 + 0.1, abs=0.2)
+
+
+def test_commands_of_a_zaber_are_numbered_from_1_to_99_and_0():
+    with homed(ZABER) as (stage, wire):
+        for _ in range(40):
+            _ = stage.position_mm
+        words = [line.split() for line in wire.sent.splitlines()]
+        numbers = [int(found[2]) for found in words]
+        steps = {(b - a) % 100 for a, b in pairwise(numbers)}
+        assert steps == {1}
+        assert (min(numbers), max(numbers)) == (0, 99)
+
+
+def test_a_marlin_whose_settings_are_never_twice_alike_is_read_four_times():
+    with simulated_bench(MARLIN, before=Scripted) as bench:
+        wire, number = scripted(bench), count(1)
+        wire.on_transmit = lambda data: data.replace(b"M92 X400.", b"M92 X%d." % next(number))
+        with pytest.raises(DeviceLostError, match=r"\(M503, M211\) 4 times, never twice alike"):
+            bench.stage.__enter__()
+        assert wire.sent.count(b"M503") == 4
+
+
+def test_a_marlin_whose_coordinate_is_not_its_count_is_read_six_times():
+    with homed(MARLIN) as (stage, wire):
+        wire.on_transmit = lambda data: data.replace(b"Count X:0 ", b"Count X:9 ")
+        with pytest.raises(StageAlarmError, match="6 readings of M114 disagree"):
+            _ = stage.position_mm
+        assert wire.sent.count(b"M114 R") == 6
+
+
+def test_a_count_may_differ_from_its_rounded_coordinate_by_half_of_its_last_digit():
+    with homed(MARLIN) as (stage, wire):
+        here_mm = stage.position_mm
+        for steps, off_mm in ((2, 0.005), (-2, -0.005)):
+            text = b"Count X:%d " % steps
+            wire.on_transmit = lambda data, text=text: data.replace(b"Count X:0 ", text)
+            assert stage.position_mm == pytest.approx(here_mm - off_mm, abs=1e-9)
