@@ -41,6 +41,17 @@ _REASONS: dict[tuple[str, str, str, str], str] = {
         "float(scale) < 0",
         "(float(scale) <= 0)",
     ): "a scale of 0 was refused before",
+        "drivers/rig_drivers/oak/watchdog.py",
+        "offsets_s = [(t_s - times_s[0] + half_s) % period_s - half_s for t_s in times_s]",
+        "t_s - times_s[0] + half_s",
+        "(t_s - times_s[0] - half_s)",
+    ): "half a period further and half a period back are one place modulo the period",
+    (
+        "sim/rig_sim/carriage.py",
+        "if abs(rotor.end_velocity_mm_s) < 1e-6 and way_mm != 0.0:",
+        "abs(rotor.end_velocity_mm_s) < 1e-6",
+        "(abs(rotor.end_velocity_mm_s) <= 1e-06)",
+    ): "phases end at rest to within rounding or at full speed, none at just this border",
     ("rig/database/columns.py", "cache_ok = True", "True", "(False)"): _ONLY_FASTER,
 }
 """By path, the line, what stands there and what replaces it, each without line ends."""

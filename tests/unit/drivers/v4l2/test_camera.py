@@ -258,3 +258,14 @@ def test_a_reader_that_is_always_slow_still_gets_frames():
             bench.clock.sleep_s(0.9)
             frame = next(stream).frames[0]
             assert bench.clock.now_s() - frame.timestamp_s <= 0.11
+
+
+def test_a_stream_that_is_always_late_passes_over_as_many_frames_as_there_are_buffers():
+    bench = Bench(FakeDevice(shift_s=dict.fromkeys(range(40), -0.5)))
+    bench.clock.sleep_s(1.0)
+    with bench.camera as camera:
+        stream = camera.stream()
+        bench.clock.sleep_s(1.0)
+        taken = [next(stream).frames[0].sequence for _ in range(2)]
+        assert camera.dropped["late"] == 8
+    assert taken[1] - taken[0] == 5
