@@ -147,7 +147,7 @@ def test_every_pixel_of_the_picture_is_where_it_belongs(
     tmp_path: Path, width: int, low: float, high: float, is_depth: bool, first: str, last: str
 ):
     """Image and colours side by side; below them the words, 8 px apart, and a bar of 200 px."""
-    values = np.full((60, width), (low + 2.0 * high) / 3.0)
+    values = np.full((60, width), 0.3 * low + 0.7 * high)
     values[:2], values[-2:] = low, high
     picture = picture_of(tmp_path, values, is_depth=is_depth)
     grey = np.arange(values.size).reshape(values.shape) * 255 // (values.size - 1)

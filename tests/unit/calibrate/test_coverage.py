@@ -186,12 +186,12 @@ def test_only_corners_that_both_pictures_show_have_moved():
     one = seen(0)
     left = one.by_view[0]
     assert isinstance(left, Detection)
-    first, last = (
-        replace(one, by_view=(Detection(left.ids[part], left.xy_px[part] + shift, left.sigma_px[part],
-                                        0.9, 150.0), TargetError("", reason="x")))
-        for part, shift in ((slice(0, 30), 0.0), (slice(20, 54), np.array([1.0, 0.0])))
-    )  # fmt: skip
+
+    def part(corners: slice, *, shift_px: float = 0.0, renamed: int = 0) -> PictureSightings:
+        xy_px = left.xy_px[corners] + (shift_px, 0.0)
+        found = Detection(left.ids[corners] + renamed, xy_px, left.sigma_px[corners], 0.9, 150.0)
+        return replace(one, by_view=(found, TargetError("", reason="x")))
+
+    first, last = part(slice(0, 30)), part(slice(20, 54), shift_px=1.0)
     assert motion_px(first, last) == pytest.approx(1.0)
-    apart = replace(last, by_view=(replace(last.by_view[0], ids=left.ids[20:54] + 100),
-                                   last.by_view[1]))  # fmt: skip
-    assert motion_px(first, apart) == float("inf")
+    assert motion_px(first, part(slice(20, 54), renamed=100)) == float("inf")
