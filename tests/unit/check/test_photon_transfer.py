@@ -135,7 +135,12 @@ def test_variances_that_are_all_alike_are_explained_by_nothing():
 
 @pytest.mark.parametrize(
     ("levels", "is_told"),
-    [([32, 48, 64], True), ([32, 48, 63], False), ([32, 128], False)],
+    [
+        ([32, 48, 64], True),
+        ([32, 36, 96], True),  # the first two lie in neighbouring bins
+        ([32, 48, 63], False),
+        ([32, 128], False),
+    ],
 )
 def test_a_line_needs_three_levels_and_twice_the_light(levels: list[int], is_told: bool):
     found = photon_transfer(alternating(levels, [0.5] * len(levels)), 255.0)
@@ -157,3 +162,20 @@ def test_pixels_that_touch_an_end_of_the_scale_do_not_count(end: int):
     found = photon_transfer(np.concatenate([images, touching], axis=1), 255.0)
     assert found is not None
     assert found.electrons_per_level == pytest.approx(8.0, rel=1e-3)
+
+
+def test_variances_count_by_how_sure_they_are():
+    """Of n pixels a variance v is known to v times the root of 2 / n: three rounds of that."""
+    levels, variances = np.array([32, 64, 96, 128]), np.array([2.0, 3.0, 9.0, 6.0])
+    found = photon_transfer(alternating(levels.tolist(), variances.tolist()), 255.0)
+    assert found is not None
+    pixels = np.array([19.0, 18.0, 18.0, 19.0])  # rows that lie beside another stripe do not count
+    model = variances
+    for _ in range(3):
+        rise, floor = np.polyfit(levels, variances, 1, w=np.sqrt(pixels) / model)
+        model = floor + rise * levels
+    assert found.electrons_per_level == pytest.approx(1.0 / rise)
+    assert found.read_noise_levels == pytest.approx(np.sqrt(max(0.0, floor - 1 / 12)))
+    spread = pixels @ (variances - np.average(variances, weights=pixels)) ** 2
+    left = pixels @ (variances - model) ** 2
+    assert found.straightness == pytest.approx(1.0 - left / spread)
