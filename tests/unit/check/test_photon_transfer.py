@@ -166,7 +166,7 @@ def test_pixels_that_touch_an_end_of_the_scale_do_not_count(end: int):
 
 def test_variances_count_by_how_sure_they_are():
     """Of n pixels a variance v is known to v times the root of 2 / n: three rounds of that."""
-    levels, variances = np.array([32, 64, 96, 128]), np.array([2.0, 3.0, 9.0, 6.0])
+    levels, variances = np.array([32, 64, 96, 128]), np.array([2.0, 3.125, 8.0, 6.125])
     found = photon_transfer(alternating(levels.tolist(), variances.tolist()), 255.0)
     assert found is not None
     pixels = np.array([19.0, 18.0, 18.0, 19.0])  # rows that lie beside another stripe do not count
