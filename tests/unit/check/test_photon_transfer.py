@@ -170,7 +170,7 @@ def test_variances_count_by_how_sure_they_are():
     found = photon_transfer(alternating(levels.tolist(), variances.tolist()), 255.0)
     assert found is not None
     pixels = np.array([19.0, 18.0, 18.0, 19.0])  # rows that lie beside another stripe do not count
-    model = variances
+    model, rise, floor = variances, 0.0, 0.0
     for _ in range(3):
         rise, floor = np.polyfit(levels, variances, 1, w=np.sqrt(pixels) / model)
         model = floor + rise * levels
