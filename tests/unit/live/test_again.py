@@ -24,7 +24,7 @@ def shown(number: int, *levels: int) -> MultiView:
 
 
 class Comes:
-    """A camera that goes away after each stream of fewer than none, and is found after some looks."""
+    """A camera that goes away after each stream of a count below 0."""
 
     def __init__(self, streams: Sequence[int], *, looks: int = 1) -> None:
         self._streams = iter(streams)
