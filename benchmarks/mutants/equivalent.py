@@ -52,6 +52,17 @@ _REASONS: dict[tuple[str, str, str, str], str] = {
         "abs(rotor.end_velocity_mm_s) < 1e-6",
         "(abs(rotor.end_velocity_mm_s) <= 1e-06)",
     ): "phases end at rest to within rounding or at full speed, none at just this border",
+        "rig/check/reach.py",
+        "design = np.stack([np.ones_like(inverse), inverse], axis=-1)",
+        "-1",
+        "(1)",
+    ): _ONE_AXIS,
+    (
+        "rig/check/photon_transfer.py",
+        "if mean.size < _FEWEST_PIXELS:",
+        "mean.size < _FEWEST_PIXELS",
+        "(mean.size <= _FEWEST_PIXELS)",
+    ): "so few pixels fill one bin at most, and a line needs three",
     ("rig/database/columns.py", "cache_ok = True", "True", "(False)"): _ONLY_FASTER,
 }
 """By path, the line, what stands there and what replaces it, each without line ends."""

@@ -96,10 +96,10 @@ def _tilt(coverage: Coverage) -> str | None:
         return None
     low, high = coverage.tilts_deg.min(axis=0), coverage.tilts_deg.max(axis=0)
     for reached, way in (
-        (-low[1], "turn its left side away from the camera"),
-        (high[1], "turn its right side away from the camera"),
-        (-low[0], "tilt its lower side away from the camera"),
-        (high[0], "tilt its upper side away from the camera"),
+        (high[1], "turn its left side, as the camera sees it, away from the camera"),
+        (-low[1], "turn its right side, as the camera sees it, away from the camera"),
+        (high[0], "tilt its lower side away from the camera"),
+        (-low[0], "tilt its upper side away from the camera"),
     ):
         if reached < _TILT_DEG:
             return f"{way} by about 30 deg"

@@ -60,11 +60,10 @@ def photon_transfer(images: NDArray[np.generic], full_scale_levels: float) -> Ph
     levels, variances, pixels = _binned(mean[flat], variance[flat])
     if len(levels) < 3 or levels[-1] < 2.0 * levels[0]:
         return None
-    dof = pixels * (len(images) - 1)
     model = variances
     floor = rise = 0.0
-    for _ in range(3):  # the variance of a variance is 2 variance^2 / dof
-        weight = dof / (2.0 * np.maximum(model, _QUANTISATION) ** 2)
+    for _ in range(3):  # the variance of a variance goes with its square, over the pixels
+        weight = pixels / np.maximum(model, _QUANTISATION) ** 2
         floor, rise = _line(levels, variances, weight)
         model = floor + rise * levels
     return PhotonTransfer(

@@ -43,7 +43,7 @@ def stream_of(multiviews: Sequence[MultiView], dropped: Mapping[str, int]) -> St
         dropped: multi-views dropped meanwhile, by reason.
     """
     numbers = [[frame.sequence for frame in m.frames] for m in multiviews]
-    gaps = np.diff(np.array(numbers), axis=0) - 1 if len(numbers) > 1 else np.zeros((0, 1))
+    gaps = np.diff(np.array(numbers), axis=0) - 1
     return Stream(
         times_s=tuple(m.timestamp_s for m in multiviews),
         skews_s=tuple(m.skew_s for m in multiviews),

@@ -123,3 +123,44 @@ def test_one_pixel_far_off_does_not_take_the_colours_of_all_others(tmp_path: Pat
     plain = picture_of(tmp_path, values)[:60, 300:]
     values[0, 0] = 1e6
     assert np.abs(picture_of(tmp_path, values)[:60, 300:] - plain)[1:].max() < 25
+
+
+def words_px(text: str) -> int:
+    return cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, 0.48, 1)[0][0]
+
+
+def turbo(levels: np.ndarray) -> np.ndarray:
+    return np.asarray(cv2.applyColorMap(levels.astype(np.uint8), cv2.COLORMAP_TURBO), int)
+
+
+@pytest.mark.parametrize("width", [30, 300])
+@pytest.mark.parametrize(
+    ("low", "high", "is_depth", "first", "last"),
+    [
+        (500.0, 900.0, True, "500", "900 mm"),
+        (500.0, 550.0, True, "500.00", "550.00 mm"),
+        (500.0, 551.0, True, "500", "551 mm"),
+        (-6.0, 6.0, False, "-6.00", "6.00 px per view step"),
+    ],
+)
+def test_every_pixel_of_the_picture_is_where_it_belongs(
+    tmp_path: Path, width: int, low: float, high: float, is_depth: bool, first: str, last: str
+):
+    """Image and colours side by side; below them the words, 8 px apart, and a bar of 200 px."""
+    values = np.full((60, width), 0.3 * low + 0.7 * high)
+    values[:2], values[-2:] = low, high
+    picture = picture_of(tmp_path, values, is_depth=is_depth)
+    grey = np.arange(values.size).reshape(values.shape) * 255 // (values.size - 1)
+    share = (values.astype(np.float32) - low) / (high - low)
+    at_px = max(width, words_px("reference view") + 8) + 8
+    bar_px = at_px + words_px(first) + 8
+    end_px = bar_px + BAR_PX + 8 + words_px(last) + 8
+    whole = np.full((60 + STRIP_PX, max(2 * width, end_px), 3), 255, np.uint8)
+    whole[:60, :width] = grey[..., None]
+    whole[:60, width : 2 * width] = turbo(255.0 * ((1.0 - share) if is_depth else share))
+    ramp = turbo(np.linspace(0.0, 255.0, BAR_PX).astype(np.uint8)[None])
+    whole[70:84, bar_px : bar_px + BAR_PX] = ramp[:, ::-1] if is_depth else ramp
+    for text, x_px in (("reference view", 8), (first, at_px), (last, bar_px + BAR_PX + 8)):
+        cv2.putText(whole, text, (x_px, 82), cv2.FONT_HERSHEY_SIMPLEX, 0.48, (40, 40, 40), 1,
+                    cv2.LINE_AA)  # fmt: skip
+    assert np.abs(picture - whole).max() == 0
