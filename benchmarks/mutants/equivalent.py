@@ -41,6 +41,7 @@ _REASONS: dict[tuple[str, str, str, str], str] = {
         "float(scale) < 0",
         "(float(scale) <= 0)",
     ): "a scale of 0 was refused before",
+    (
         "drivers/rig_drivers/oak/watchdog.py",
         "offsets_s = [(t_s - times_s[0] + half_s) % period_s - half_s for t_s in times_s]",
         "t_s - times_s[0] + half_s",
@@ -52,6 +53,7 @@ _REASONS: dict[tuple[str, str, str, str], str] = {
         "abs(rotor.end_velocity_mm_s) < 1e-6",
         "(abs(rotor.end_velocity_mm_s) <= 1e-06)",
     ): "phases end at rest to within rounding or at full speed, none at just this border",
+    (
         "rig/check/reach.py",
         "design = np.stack([np.ones_like(inverse), inverse], axis=-1)",
         "-1",
