@@ -42,6 +42,12 @@ _REASONS: dict[tuple[str, str, str, str], str] = {
         "(away >= _MISPLACED * float(np.hypot(view.x_steps, view.y_steps)) + 1e-09)",
     ): "the 1e-9 is there for rounding: nothing lies exactly on the limit with it",
     (
+        "rig/plan.py",
+        "if way_mm < ramp_mm:",
+        "way_mm < ramp_mm",
+        "(way_mm <= ramp_mm)",
+    ): "where the way is just that of both ramps, both formulas are two of their times",
+    (
         "rig/depth/pfm.py",
         'order = "<f4" if float(scale) < 0 else ">f4"',
         "float(scale) < 0",
