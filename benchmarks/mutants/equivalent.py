@@ -36,6 +36,18 @@ _REASONS: dict[tuple[str, str, str, str], str] = {
         "(5)",
     ): "a fifth quarter turn is the first way up again, and of two alike the first is taken",
     (
+        "rig/optics/calibrated.py",
+        "if away > _MISPLACED * float(np.hypot(view.x_steps, view.y_steps)) + 1e-9:",
+        "away > _MISPLACED * float(np.hypot(view.x_steps, view.y_steps)) + 1e-9",
+        "(away >= _MISPLACED * float(np.hypot(view.x_steps, view.y_steps)) + 1e-09)",
+    ): "the 1e-9 is there for rounding: nothing lies exactly on the limit with it",
+    (
+        "rig/plan.py",
+        "if way_mm < ramp_mm:",
+        "way_mm < ramp_mm",
+        "(way_mm <= ramp_mm)",
+    ): "where the way is just that of both ramps, both formulas are two of their times",
+    (
         "rig/depth/pfm.py",
         'order = "<f4" if float(scale) < 0 else ">f4"',
         "float(scale) < 0",

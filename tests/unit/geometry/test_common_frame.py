@@ -96,3 +96,14 @@ def test_a_view_before_the_plane_has_its_offset_in_steps_per_pixel() -> None:
     camera = CameraModel(160, 101, 500.0, 500.0, 79.5, 50.0)
     found = rectify(RigGeometry(tuple("abcdef"), 0, (camera,) * 6, poses), 40.0)
     assert found.z_steps == pytest.approx(offsets / 40.0 / 500.0, abs=1e-12)
+
+
+def test_a_column_of_cameras_has_a_baseline() -> None:
+    geometry = rig([(79.5, 50.0)] * 4)
+    column = RigGeometry(
+        ("a", "b"),
+        0,
+        geometry.cameras[:2],
+        (Pose.identity(), Pose(np.eye(3), np.array([0, -40.0, 0]))),
+    )
+    assert rectify(column, 40.0).y_steps == pytest.approx([0.0, 1.0])

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from rig.geometry.bundle.lens_choice import choose_lens, score_lenses
-from rig.geometry.lens import LensModel
+from rig.geometry.bundle.lens_choice import choose_lens, score_lenses, with_lens
+from rig.geometry.bundle.unknowns import Unknowns
+from rig.geometry.lens import LensModel, distort
 
 RNG = np.random.default_rng(1)
 PICTURES_PX2 = 0.01 * RNG.chisquare(100, 30) / 100
@@ -39,3 +40,16 @@ def test_a_model_must_be_better_by_more_than_chance_and_a_trifle(
 def test_pictures_without_a_score_do_not_count():
     gaps = np.where(np.arange(30) % 7, 0.0, np.nan)
     assert scored(brown5=gaps) == "brown5"
+
+
+def test_a_simpler_lens_becomes_a_richer_one_that_shows_the_same():
+    numbers = np.array([880.0, 884.0, 640.0, 400.0, -0.1, 0.03, 1e-3, -2e-3, 0.01])
+    eye, none = np.eye(3)[None], np.zeros((1, 3))
+    at = Unknowns(("brown5",), (numbers,), eye, none, np.zeros(3), eye, none)
+    found = with_lens(at, "brown8", [(1280, 800)])
+    assert found.lenses == ("brown8",)
+    (richer,) = found.intrinsics
+    xy = np.array([[0.3, 0.2], [-0.5, 0.4], [0.0, -0.3]])
+    before = distort("brown5", numbers[4:], xy).xy * numbers[:2] + numbers[2:4]
+    after = distort("brown8", richer[4:], xy).xy * richer[:2] + richer[2:4]
+    assert after == pytest.approx(before, abs=1e-6)
