@@ -96,7 +96,7 @@ def test_a_marlin_that_says_nothing_is_killed_four_times_and_not_trusted():
         assert not stage._controller.is_homed
 
 
-def test_a_zaber_that_says_nothing_is_told_to_stop_and_lost():
+def test_a_zaber_that_says_nothing_is_sent_a_stop_and_lost():
     with homed(ZABER) as (stage, wire):
         wire.on_transmit = without(b"")
         with pytest.raises(DeviceLostError):
