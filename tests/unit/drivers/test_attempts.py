@@ -87,7 +87,7 @@ def test_homing_that_was_refused_leaves_no_position_that_could_be_trusted():
             _ = stage.position_mm
 
 
-def test_a_marlin_that_says_nothing_is_killed_four_times_and_not_trusted():
+def test_a_silent_marlin_is_killed_four_times_and_not_trusted():
     with homed(MARLIN) as (stage, wire):
         wire.on_transmit = without(b"")
         with pytest.raises(DeviceLostError, match=r"did not confirm 4 emergency stops \(M112\)"):
@@ -96,7 +96,7 @@ def test_a_marlin_that_says_nothing_is_killed_four_times_and_not_trusted():
         assert not stage._controller.is_homed
 
 
-def test_a_zaber_that_says_nothing_is_sent_a_stop_and_lost():
+def test_a_silent_zaber_is_sent_a_stop_and_lost():
     with homed(ZABER) as (stage, wire):
         wire.on_transmit = without(b"")
         with pytest.raises(DeviceLostError):
