@@ -87,7 +87,7 @@ def test_homing_that_was_refused_leaves_no_position_that_could_be_trusted():
             _ = stage.position_mm
 
 
-def test_a_marlin_that_says_nothing_is_killed_four_times_and_not_trusted():
+def test_a_silent_marlin_is_killed_four_times_and_not_trusted():
     with homed(MARLIN) as (stage, wire):
         wire.on_transmit = without(b"")
         with pytest.raises(DeviceLostError, match=r"did not confirm 4 emergency stops \(M112\)"):
@@ -96,7 +96,7 @@ def test_a_marlin_that_says_nothing_is_killed_four_times_and_not_trusted():
         assert not stage._controller.is_homed
 
 
-def test_a_zaber_that_says_nothing_is_stopped_and_lost():
+def test_a_silent_zaber_is_sent_a_stop_and_lost():
     with homed(ZABER) as (stage, wire):
         wire.on_transmit = without(b"")
         with pytest.raises(DeviceLostError):
@@ -156,3 +156,11 @@ def test_a_count_may_differ_from_its_rounded_coordinate_by_half_of_its_last_digi
             text = b"Count X:%d " % steps
             wire.on_transmit = lambda data, text=text: data.replace(b"Count X:0 ", text)
             assert stage.position_mm == pytest.approx(here_mm - off_mm, abs=1e-9)
+
+
+def test_after_an_urgent_stop_a_marlin_is_spoken_to_before_it_is_told_anything():
+    with homed(MARLIN) as (stage, wire):
+        stage.stop()
+        said = [line for line in wire.sent.splitlines() if line]
+        bare = [b"M410" if line == b"M410" else line.split()[1].split(b"*")[0] for line in said]
+    assert bare == [b"M410", b"M410", b"M118", b"M410", b"M118"]

@@ -126,10 +126,10 @@ def test_braking_where_the_motion_ends_anyway_changes_nothing():
 
 def test_a_search_ends_where_the_switch_closes():
     found, carriage = steppers()
+    assert not found.is_switch_closed
     found.seek(0.0, 60.0, 20.0)
     # The switch is 40 mm away: 2 mm of ramp take 0.2 s, 38 mm take 1.9 s.
     assert found.switch_s == pytest.approx(2.1)
-    assert not found.is_switch_closed
     found.kill(2.1, slips=False)
     assert found.position_mm(9.0) == (40.0, 0.0, 0.0)
     assert found.is_switch_closed
