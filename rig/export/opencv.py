@@ -151,7 +151,7 @@ def _lens(flat: list[float], where: str) -> tuple[LensModel, list[float]]:
     """Brown-Conrady lens of OpenCV's 0, 4, 5, 8 (or 12, 14 with zeros) coefficients."""
     if any(flat[8:]):
         raise FormatError(f"{where}: has a thin-prism or tilted lens, which is not known here")
-    wanted = flat[:8] + [0.0] * (8 - len(flat[:8]))
+    wanted = flat[:8] + [0.0] * (8 - len(flat))
     return ("brown8", wanted) if any(wanted[5:]) else ("brown5", wanted[:5])
 
 

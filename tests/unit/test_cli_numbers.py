@@ -21,6 +21,7 @@ from rig.cli.sweep_result import (
 )
 from rig.cli.words import profile_names
 from rig.sweep.alignment import Alignment, Angles
+from rig.sweep.take import SweepTimes
 from tests.support.command import Command
 
 SQUARE = Angles(0.0, 0.0, (0.01, 0.01))
@@ -278,3 +279,17 @@ def test_a_sweep_for_programs():
     assert with_use["calibration"] == use_as_dict(bare)
     assert with_use["holdout"] == {"rms_pct": 1.0}
     assert with_use["points"] == []
+
+
+def test_a_calibration_and_the_time_are_told_where_there_are_some():
+    bare: Any = SimpleNamespace(id=3, stage=None, zero_sigma_mm=None, disagreement_pct=None)
+    times = SweepTimes(moves_s=10.0, settling_s=2.5, exposures_s=7.5)
+    lines = result_lines(sweep_result(calibration=bare, times=times))
+    assert lines[3] == "calibration 3: distances are positions of the stage as it reads them"
+    assert lines[-3:] == [
+        "moves 10.0 s + settling 2.5 s + exposures 7.5 s = 20.0 s", "sweep 5 in db",
+        "report: r.html",
+    ]  # fmt: skip
+    told = result_as_dict(sweep_result(times=times))["times"]
+    assert isinstance(told, dict)
+    assert told["settling_s"] == 2.5

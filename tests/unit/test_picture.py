@@ -85,6 +85,8 @@ def test_more_bits_are_brought_to_the_range_of_a_screen(tmp_path: Path):
     assert picture is not None
     assert picture[0, 0].tolist() == [0, 0, 0]
     assert picture[59, 299].tolist() == [255, 255, 255]
+    for_screen = deep.image.astype(float) * 255.0 / 65535.0
+    assert np.abs(picture[:60, :300].astype(float) - for_screen[..., None]).max() < 0.51
 
 
 @pytest.mark.parametrize("is_depth", [True, False])
