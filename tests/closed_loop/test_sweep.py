@@ -87,6 +87,7 @@ def test_a_rig_that_is_not_rectified_is_swept_and_says_so(rig: Command):
     assert answer.json["epipolar_px"]["mean"] > 1.0
 
 
+@pytest.mark.slow
 def test_rows_that_miss_are_said_and_stored_and_a_mended_rig_needs_a_new_curve(rig: Command):
     turned = ("--set", "world.view_errors.right.rotation_deg=[0.2, 0.0, 0.1]")
     lenient = ("--set", "quality.line_rms_px=3.0")

@@ -97,6 +97,7 @@ def test_loop(rig_camera):
 """
 
 
+@pytest.mark.slow
 def test_the_fixture_serves_other_peoples_tests_and_costs_nothing_unused(tmp_path: Path):
     (tmp_path / "test_user.py").write_text(USER_TEST)
     plugin = ("-m", "pytest", "-p", "no:epirig", "-p", "rig.testing.plugin", "-q")
