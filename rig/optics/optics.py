@@ -6,12 +6,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.epipolar import RectifiedViews, SlopeMap
 from rig.epipolar.board.lines import BoardViews
 from rig.frames import GreyImage
 from rig.geometry.pinhole import Pinhole
-
-Float = NDArray[np.float64]
 
 
 class Optics(Protocol):
