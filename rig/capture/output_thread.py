@@ -13,6 +13,8 @@ from rig.live.frame import DepthFrame
 
 PATIENCE_S = 30.0
 """An output that takes longer for one frame, or to close, hangs: a file server that is gone."""
+_SLICE_S = 0.2
+"""A Ctrl-C that comes right before a wait is noticed after it only."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +139,7 @@ class OutputThread:
             left_s = self._patience_left_s()
             if left_s <= 0.0:
                 return
-            self._news.wait(left_s)
+            self._news.wait(min(left_s, _SLICE_S))
 
     def _patience_left_s(self) -> float:
         """Give the output up that has been busy for too long; return how long it still may be."""
