@@ -11,15 +11,30 @@ from rig_sim.faults import FaultyCamera, UnpluggedCamera
 
 from rig.capture.capture import CaptureRequest, CaptureSummary, capture_depth
 from rig.capture.folder import CaptureFolder
+from rig.capture.on_rig import capture_on_rig
 from rig.capture.output import WantedOutput
 from rig.capture.picture import write_picture
+from rig.database import open_store
 from rig.devices import SystemClock
 from rig.errors import DeviceLostError, RigError, StoreError
 from rig.live.captured import read_capture
+from rig.live.frame import DepthFrame
+from rig.profile.load import load_profile
 from rig.recording import recorded
+from rig.stored import RunChoice
 from tests.support.command import Command
+from tests.support.stores import sqlite_url
+from tests.support.sweeps import stored_sweep
 from tests.unit.capture.scripted import ScriptedOutput, frames
 from tests.unit.live.devices import tiny_rig
+
+BENCH = (
+    "name=bench",
+    "camera.width_px=64",
+    "camera.height_px=40",
+    "world.renderer=analytic",
+    "world.capture_scene=board",
+)
 
 
 def wanted(*outputs: ScriptedOutput, is_kept: bool = True) -> tuple[WantedOutput, ...]:
@@ -272,3 +287,35 @@ def test_the_verb_ends_with_the_error_of_what_was_to_be_kept(
     assert answer.json["outputs"]["files"]["written"] == 0
     assert answer.err.splitlines()[-1] == "rig: no space left; make room"
     assert not math.isnan(answer.json["fps"])
+
+
+def test_a_curve_that_is_replaced_meanwhile_is_told_and_the_run_keeps_its_own(tmp_path: Path):
+    store, result = stored_sweep(tmp_path)
+    profile = load_profile("sim", [*BENCH, "quality.valid_share_pct=0"])
+    url = sqlite_url(tmp_path)
+    first = store.active_curve("bench").id
+
+    class Replacing(ScriptedOutput):
+        def write(self, frame: DepthFrame) -> None:
+            super().write(frame)
+            with open_store(url) as other:
+                curve = other.curve(first)
+                other.save_curve(curve.sweep_id, curve=curve.curve, holdout={}, versions={})
+
+    del result
+    store.close()
+    told: list[str] = []
+    for curve, lines in (
+        ("newest", [f"rig: curve {first + 1} was made meanwhile; this capture used curve {first}"]),
+        (first, []),
+    ):
+        told.clear()
+        summary = capture_on_rig(
+            profile,
+            RunChoice(url, curve=curve),
+            request(Replacing(), count=1),
+            lambda *_: None,
+            told.append,
+        )
+        assert summary.curve_id == first
+        assert [line.removesuffix(" to its end") for line in told] == lines
