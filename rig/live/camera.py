@@ -225,9 +225,9 @@ class DepthCamera:
     def _next(self, opened: _Opened, ahead: Ahead) -> DepthFrame | None:
         asked_s = time.perf_counter()
         given = ahead.next()
-        self.waited_s += time.perf_counter() - asked_s
         if given is None:
             return None
+        self.waited_s += max(0.0, given.taken.handed_over_s - asked_s)
         if self.run.profile.camera.is_stored:  # each of them is used, however old it gets
             ahead.begin()
         return opened.meter.measure(given, follows=True, on_slopes=ahead.begin)

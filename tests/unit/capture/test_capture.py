@@ -21,7 +21,7 @@ from rig.live.captured import read_capture
 from rig.live.frame import DepthFrame
 from rig.profile.load import load_profile
 from rig.recording import recorded
-from rig.stored import RunChoice
+from rig.stored import CurveChoice, RunChoice
 from tests.support.command import Command
 from tests.support.stores import sqlite_url
 from tests.support.sweeps import stored_sweep
@@ -305,10 +305,11 @@ def test_a_curve_that_is_replaced_meanwhile_is_told_and_the_run_keeps_its_own(tm
     del result
     store.close()
     told: list[str] = []
-    for curve, lines in (
+    cases: tuple[tuple[CurveChoice, list[str]], ...] = (
         ("newest", [f"rig: curve {first + 1} was made meanwhile; this capture used curve {first}"]),
         (first, []),
-    ):
+    )
+    for curve, lines in cases:
         told.clear()
         summary = capture_on_rig(
             profile,
