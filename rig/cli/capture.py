@@ -80,7 +80,7 @@ def capture(
     choice = RunChoice(database, calibration, curve_choice(curve_id, slopes_only=slopes_only))
     request = CaptureRequest(frames=frames, duration_s=seconds, folder=out, recording=record)
     with ProgressLine(frames) as progress:
-        summary = capture_on_rig(profile, choice, request, progress.report, tell)
+        summary = capture_on_rig(profile, choice, request, progress.report, progress.tell)
     if as_json:
         show_json(_as_dict(summary))
     else:
