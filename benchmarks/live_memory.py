@@ -71,8 +71,9 @@ class FilesThatGo(CaptureFolder):
     def write(self, measured: DepthFrame) -> None:
         """See `CaptureFolder.write`."""
         super().write(measured)
-        for path in self.folder.glob(f"*_{measured.index:05d}.*"):
-            path.unlink()
+        for kind in ("slope", "label", "sigma", "depth"):
+            for ending in ("pfm", "png"):
+                (self.folder / f"{kind}_{measured.index:05d}.{ending}").unlink(missing_ok=True)
 
 
 def rig_of_pictures(count: int) -> DepthCamera:
