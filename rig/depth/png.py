@@ -1,4 +1,4 @@
-"""Depth and labels as PNG, for exchange; the master of a depth is its PFM."""
+"""Depth, labels and pictures as PNG; the master of a depth is its PFM."""
 
 from pathlib import Path
 
@@ -48,7 +48,16 @@ def write_label_png(path: Path, label: NDArray[np.uint8]) -> None:
     _write_png(path, label)
 
 
-def _write_png(path: Path, pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
+def write_picture_png(path: Path, image: NDArray[np.uint8 | np.uint16]) -> None:
+    """Write a picture as it is: (H, W) grey, or (H, W, 3) of red, green and blue.
+
+    Raises:
+        StoreError: the file cannot be written.
+    """
+    _write_png(path, image if image.ndim == 2 else np.ascontiguousarray(image[..., ::-1]))
+
+
+def _write_png(path: Path, pixels: NDArray[np.generic]) -> None:
     done, encoded = cv2.imencode(".png", pixels)
     if not done:
         raise StoreError(
