@@ -127,7 +127,7 @@ def export(
         "frame": frame,
         "frames": frames,
     }
-    given = {name: value for name, value in options.items() if value is not None}
+    given: dict[str, object] = {name: value for name, value in options.items() if value is not None}
     if source.isdecimal():
         _export_number(int(source), target, given, out, database, as_json=as_json)
     else:

@@ -1,6 +1,7 @@
 """Depth, labels and pictures as PNG; the master of a depth is its PFM."""
 
 from pathlib import Path
+from typing import cast
 
 import cv2
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 from rig.errors import StoreError
 from rig.files import write_bytes
 
+Pixels = NDArray[np.uint8] | NDArray[np.uint16]
 MOST_MM = 65535
 
 
@@ -48,16 +50,16 @@ def write_label_png(path: Path, label: NDArray[np.uint8]) -> None:
     _write_png(path, label)
 
 
-def write_picture_png(path: Path, image: NDArray[np.uint8 | np.uint16]) -> None:
+def write_picture_png(path: Path, image: Pixels) -> None:
     """Write a picture as it is: (H, W) grey, or (H, W, 3) of red, green and blue.
 
     Raises:
         StoreError: the file cannot be written.
     """
-    _write_png(path, image if image.ndim == 2 else np.ascontiguousarray(image[..., ::-1]))
+    _write_png(path, image if image.ndim == 2 else cast("Pixels", image[..., ::-1]))
 
 
-def _write_png(path: Path, pixels: NDArray[np.generic]) -> None:
+def _write_png(path: Path, pixels: Pixels) -> None:
     done, encoded = cv2.imencode(".png", pixels)
     if not done:
         raise StoreError(
