@@ -1,7 +1,6 @@
 """Depth, labels and pictures as PNG; the master of a depth is its PFM."""
 
 from pathlib import Path
-from typing import cast
 
 import cv2
 import numpy as np
@@ -56,7 +55,7 @@ def write_picture_png(path: Path, image: Pixels) -> None:
     Raises:
         StoreError: the file cannot be written.
     """
-    _write_png(path, image if image.ndim == 2 else cast("Pixels", image[..., ::-1]))
+    _write_png(path, image if image.ndim == 2 else image[..., ::-1])
 
 
 def _write_png(path: Path, pixels: Pixels) -> None:
