@@ -1,0 +1,152 @@
+"""Averages slopes over time where nothing moves: a Kalman filter per pixel.
+
+State and measurement are one slope each (R. E. Kalman, "A new approach to linear filtering and
+prediction problems", J. Basic Engineering 82, 1960); a fading memory keeps the gain above
+1 / `frames`. What moves is taken as measured: the filter begins anew where an innovation fails its
+chi-square test (Y. Bar-Shalom, X. R. Li and T. Kirubarajan, "Estimation with applications to
+tracking and navigation", 2001, 5.4.2), or where those of a neighbourhood lean to one side together,
+now or lately.
+
+Averaging takes away only what differs from frame to frame. How much of sigma does is measured, by
+the innovations around each pixel. The rest, common to all frames, stays in sigma.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.epipolar import Label, SlopeMap
+
+Map = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+
+_GATE = np.float32(3.0**2)
+"""Of a squared innovation over its variance: one still pixel in 370 begins anew by chance."""
+_LOSS = np.float32(3.0**2)
+"""A variance that grows so much says that the views contradict the slope: the scene has changed."""
+_FADING = np.float32(0.3)
+"""Weight of the newest frame in what innovations are said to be lately."""
+_LATELY = _FADING / (2 - _FADING)
+"""Variance of such a mean over that of one innovation."""
+_POOL_PX = 31
+"""Side of the neighbourhoods that tell the share of sigma that differs from frame to frame."""
+_TOGETHER_PX = 15
+_ALIKE = np.float32(0.16)
+"""Variance of the mean innovation of such a neighbourhood over that of a pixel: stitching makes
+neighbours alike."""
+_ALL_NOISE = np.float32(0.4)
+"""Variance of innovations, over what sigma promises, at which all of sigma is noise: sigma is on
+the safe side by as much, see docs/reference/processing.md."""
+_NONE: Final = np.float32(0)
+_LEAST = np.float32(1e-3)
+"""Below such a share, innovations are rounding."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _State:
+    """What is known after some frames; every array is (H, W)."""
+
+    slope_px: Map
+    variance: Map
+    """Of the slope, as if all of sigma differed from frame to frame."""
+    told: Map
+    """Mean variance of the measurements that went in."""
+    lean: Map
+    """Fading mean of the innovations over their standard deviations."""
+    squares: Map
+    """Fading mean of their squares, 0 where the filter began anew, over a neighbourhood."""
+    going: Map
+    """Share of the pixels there where it did not."""
+
+    @classmethod
+    def unknown(cls, like: Map) -> "_State":
+        """Return that before the first frame."""
+        nothing, none = np.full_like(like, np.nan), np.zeros_like(like)
+        return cls(nothing, nothing, nothing, none, none, none)
+
+
+class SlopeFilter:
+    """Filters the slope maps of one camera, in their order.
+
+    Args:
+        frames: how far back it remembers, 2 or more.
+    """
+
+    def __init__(self, frames: int) -> None:
+        self._least_gain = np.float32(1.0 / frames)
+        self._state: _State | None = None
+
+    def forget(self) -> None:
+        """Begin anew: the next map has nothing to do with the last."""
+        self._state = None
+
+    def filtered(self, measured: SlopeMap) -> SlopeMap:
+        """Return a map joined with those before it; pixels without an answer stay without.
+
+        Args:
+            measured: of the next multi-view, of the size of those before.
+        """
+        last = self._state or _State.unknown(measured.slope_px)
+        variance = measured.sigma_px**2
+        with np.errstate(invalid="ignore", divide="ignore"):
+            innovation = measured.slope_px - last.slope_px
+            promised = last.variance + variance
+            squared = innovation**2 / promised
+            goes_on = (squared <= _GATE) & (variance <= _LOSS * last.told)
+            step = np.where(goes_on, innovation / np.sqrt(promised), _NONE).astype(np.float32)
+        squares = _faded(last.squares, np.where(goes_on, squared, _NONE))
+        going = _faded(last.going, goes_on.astype(np.float32))
+        share = squares / np.maximum(going, _LEAST)
+        lean = (last.lean + _FADING * (step - last.lean)).astype(np.float32)
+        lately = _mean_of(lean, goes_on)
+        alike = _GATE * _ALIKE * np.maximum(share, _LEAST)
+        moves = (_mean_of(step, goes_on) ** 2 > alike) | (lately**2 > alike * _LATELY)
+        goes_on &= ~moves
+        with np.errstate(invalid="ignore"):
+            gain = np.maximum(last.variance / promised, self._least_gain)
+            joined_px = last.slope_px + gain * innovation
+            kept = (1 - gain) ** 2 * last.variance + gain**2 * variance
+            told = last.told + gain * (variance - last.told)
+            noise = np.minimum(share / _ALL_NOISE, np.float32(1))
+            # What leans lately lags behind: so far off may the average be.
+            behind = (lately * (1 - gain)) ** 2 * promised
+            sigma_px = np.sqrt(noise * kept + (1 - noise) * told + behind)
+        slope_px = np.where(goes_on, joined_px, measured.slope_px)
+        self._state = _State(
+            slope_px=slope_px,
+            variance=np.where(goes_on, kept, variance),
+            told=np.where(goes_on, told, variance),
+            lean=np.where(goes_on, lean, _NONE),
+            squares=squares,
+            going=going,
+        )
+        return replace(
+            measured,
+            slope_px=slope_px,
+            sigma_px=np.where(goes_on, sigma_px, measured.sigma_px),
+            label=sided(measured.label, slope_px),
+        )
+
+
+def sided(label: NDArray[np.uint8], slope_px: Map) -> NDArray[np.uint8]:
+    """Labels that name a side of the focus distance, by the side that changed slopes are on."""
+    names_a_side = (label == Label.NEARER) | (label == Label.BEYOND)
+    with np.errstate(invalid="ignore"):
+        side = np.where(slope_px > 0, np.uint8(Label.NEARER), np.uint8(Label.BEYOND))
+    return np.where(names_a_side, side, label)
+
+
+def _faded(before: Map, now: Map) -> Map:
+    """Mean over neighbourhoods, joined with that of the frames before."""
+    return before + _FADING * (cv2.blur(now, (_POOL_PX, _POOL_PX)) - before)
+
+
+def _mean_of(values: Map, known: Mask) -> Map:
+    """Mean of the known values around every pixel; 0 where there are none."""
+    size = (_TOGETHER_PX, _TOGETHER_PX)
+    total = cv2.blur(known * values, size)
+    share = cv2.blur(known.astype(np.float32), size)
+    return total / np.maximum(share, _LEAST)
