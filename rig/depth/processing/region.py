@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from typing import TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from rig.epipolar import RectifiedViews, SlopeMap, SlopePrior, estimate_slopes
 from rig.epipolar.mending.cropped import cropped_rows
 from rig.errors import ConfigError
 
+_Map = TypeVar("_Map", bound=NDArray[np.generic])
 _ROOM_PX = 24
 """Around what a slope is told by: windows of the search, of its edges and of stitching."""
 
@@ -26,9 +28,10 @@ class Region:
     width_px: int
     height_px: int
 
-    def of(self, values: NDArray[np.generic]) -> NDArray[np.generic]:
+    def of(self, values: _Map) -> _Map:
         """Return the part of a map (H, W) that is inside."""
-        return values[self.y_px : self.y_px + self.height_px, self.x_px : self.x_px + self.width_px]
+        rows = slice(self.y_px, self.y_px + self.height_px)
+        return cast("_Map", values[rows, self.x_px : self.x_px + self.width_px])
 
     def require_inside(self, shape: tuple[int, ...]) -> None:
         """Refuse a region that leaves maps of a shape (H, W).
@@ -92,9 +95,8 @@ def estimate_around(
         rows = cropped_rows(rows, part.x_px, part.y_px, (part.height_px, part.width_px))
     images = np.stack([part.of(image) for image in views.images])
     if prior is not None:
-        slope_px, sigma_px = (
-            np.ascontiguousarray(part.of(m)) for m in (prior.slope_px, prior.sigma_px)
-        )
+        slope_px = np.ascontiguousarray(part.of(prior.slope_px))
+        sigma_px = np.ascontiguousarray(part.of(prior.sigma_px))
         prior = replace(prior, slope_px=slope_px, sigma_px=sigma_px)
     found = estimate_slopes(replace(views, images=images, row_errors=rows), range_px, prior)
     nothing = np.full(views.shape, np.nan, np.float32)

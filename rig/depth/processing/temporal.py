@@ -141,12 +141,13 @@ def sided(label: NDArray[np.uint8], slope_px: Map) -> NDArray[np.uint8]:
 
 def _faded(before: Map, now: Map) -> Map:
     """Mean over neighbourhoods, joined with that of the frames before."""
-    return before + _FADING * (cv2.blur(now, (_POOL_PX, _POOL_PX)) - before)
+    mean = np.asarray(cv2.blur(now, (_POOL_PX, _POOL_PX)), np.float32)
+    return before + _FADING * (mean - before)
 
 
 def _mean_of(values: Map, known: Mask) -> Map:
     """Mean of the known values around every pixel; 0 where there are none."""
     size = (_TOGETHER_PX, _TOGETHER_PX)
-    total = cv2.blur(known * values, size)
-    share = cv2.blur(known.astype(np.float32), size)
+    total = np.asarray(cv2.blur(known * values, size), np.float32)
+    share = np.asarray(cv2.blur(known.astype(np.float32), size), np.float32)
     return total / np.maximum(share, _LEAST)
