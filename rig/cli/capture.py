@@ -5,6 +5,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rig.cli.capture_processing import (
+    Decimation,
+    FillHoles,
+    RegionOfInterest,
+    TemporalFrames,
+    processing_overrides,
+)
 from rig.cli.options import (
     MOST_FRAMES,
     AsJson,
@@ -56,6 +63,10 @@ def capture(
             show_default=False,
         ),
     ] = None,
+    temporal: TemporalFrames = None,
+    roi: RegionOfInterest = None,
+    fill: FillHoles = None,
+    decimate: Decimation = None,
     overrides: Overrides = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -75,7 +86,8 @@ def capture(
     from rig.profile.load import load_profile
     from rig.stored import RunChoice, curve_choice
 
-    profile = load_profile(profile_name, overrides or ())
+    processing = processing_overrides(temporal, roi, fill, decimate)
+    profile = load_profile(profile_name, [*(overrides or ()), *processing])
     choice = RunChoice(database, calibration, curve_choice(curve_id, slopes_only=slopes_only))
     request = CaptureRequest(frames=frames, duration_s=seconds, folder=out, recording=record)
     with ProgressLine(frames) as progress:

@@ -83,7 +83,6 @@ class FrameProcessing:
 
 def cut(frame: DepthFrame, region: Region) -> DepthFrame:
     """Return the part of a frame that is in a region, with the camera that sees it."""
-
     part = region.of
     slopes, depth, pinhole = frame.slopes, frame.depth, frame.pinhole
     return replace(

@@ -29,8 +29,6 @@ _LOSS = np.float32(3.0**2)
 """A variance that grows so much says that the views contradict the slope: the scene has changed."""
 _FADING = np.float32(0.3)
 """Weight of the newest frame in what innovations are said to be lately."""
-_LATELY = _FADING / (2 - _FADING)
-"""Variance of such a mean over that of one innovation."""
 _POOL_PX = 31
 """Side of the neighbourhoods that tell the share of sigma that differs from frame to frame."""
 _TOGETHER_PX = 15
@@ -56,6 +54,10 @@ class _State:
     """Mean variance of the measurements that went in."""
     lean: Map
     """Fading mean of the innovations over their standard deviations."""
+    lean_variance: Map
+    """Of that mean, over that of one innovation."""
+    age: Map
+    """Innovations that went in since the filter began anew."""
     squares: Map
     """Fading mean of their squares, 0 where the filter began anew, over a neighbourhood."""
     going: Map
@@ -65,7 +67,7 @@ class _State:
     def unknown(cls, like: Map) -> "_State":
         """Return that before the first frame."""
         nothing, none = np.full_like(like, np.nan), np.zeros_like(like)
-        return cls(nothing, nothing, nothing, none, none, none)
+        return cls(nothing, nothing, nothing, none, none, none, none, none)
 
 
 class SlopeFilter:
@@ -100,10 +102,12 @@ class SlopeFilter:
         squares = _faded(last.squares, np.where(goes_on, squared, _NONE))
         going = _faded(last.going, goes_on.astype(np.float32))
         share = squares / np.maximum(going, _LEAST)
-        lean = (last.lean + _FADING * (step - last.lean)).astype(np.float32)
+        weight = np.maximum(_FADING, 1 / (last.age + 1))
+        lean = (last.lean + weight * (step - last.lean)).astype(np.float32)
+        lean_variance = (1 - weight) ** 2 * last.lean_variance + weight**2
         lately = _mean_of(lean, goes_on)
         alike = _GATE * _ALIKE * np.maximum(share, _LEAST)
-        moves = (_mean_of(step, goes_on) ** 2 > alike) | (lately**2 > alike * _LATELY)
+        moves = (_mean_of(step, goes_on) ** 2 > alike) | (lately**2 > alike * lean_variance)
         goes_on &= ~moves
         with np.errstate(invalid="ignore"):
             gain = np.maximum(last.variance / promised, self._least_gain)
@@ -120,6 +124,8 @@ class SlopeFilter:
             variance=np.where(goes_on, kept, variance),
             told=np.where(goes_on, told, variance),
             lean=np.where(goes_on, lean, _NONE),
+            lean_variance=np.where(goes_on, lean_variance, _NONE),
+            age=np.where(goes_on, last.age + 1, _NONE),
             squares=squares,
             going=going,
         )
@@ -142,7 +148,7 @@ def sided(label: NDArray[np.uint8], slope_px: Map) -> NDArray[np.uint8]:
 def _faded(before: Map, now: Map) -> Map:
     """Mean over neighbourhoods, joined with that of the frames before."""
     mean = np.asarray(cv2.blur(now, (_POOL_PX, _POOL_PX)), np.float32)
-    return before + _FADING * (mean - before)
+    return (before + _FADING * (mean - before)).astype(np.float32, copy=False)
 
 
 def _mean_of(values: Map, known: Mask) -> Map:
@@ -150,4 +156,4 @@ def _mean_of(values: Map, known: Mask) -> Map:
     size = (_TOGETHER_PX, _TOGETHER_PX)
     total = np.asarray(cv2.blur(known * values, size), np.float32)
     share = np.asarray(cv2.blur(known.astype(np.float32), size), np.float32)
-    return total / np.maximum(share, _LEAST)
+    return (total / np.maximum(share, _LEAST)).astype(np.float32, copy=False)
