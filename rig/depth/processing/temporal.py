@@ -7,8 +7,9 @@ chi-square test (Y. Bar-Shalom, X. R. Li and T. Kirubarajan, "Estimation with ap
 tracking and navigation", 2001, 5.4.2), or where those of a neighbourhood lean to one side together,
 now or lately.
 
-Averaging takes away only what differs from frame to frame. How much of sigma does is measured, by
-the innovations around each pixel. The rest, common to all frames, stays in sigma.
+Averaging takes away only what differs from frame to frame. What is left is measured, by how far the
+averaged slopes around each pixel scatter about straight lines (where they bend or jump, that is
+more); sigma tells this, and never more than the measurements did.
 """
 
 from dataclasses import dataclass, replace
@@ -35,9 +36,13 @@ _TOGETHER_PX = 15
 _ALIKE = np.float32(0.16)
 """Variance of the mean innovation of such a neighbourhood over that of a pixel: stitching makes
 neighbours alike."""
-_ALL_NOISE = np.float32(0.4)
-"""Variance of innovations, over what sigma promises, at which all of sigma is noise: sigma is on
-the safe side by as much, see docs/reference/processing.md."""
+_APART_PX = 12
+"""Neighbours so far apart share no pixels that stitching joins."""
+_STRAIGHT = np.float32(4.0**2)
+"""Of a squared second difference over its variance: beyond is a jump and no scatter."""
+_SMOOTH = np.float32(0.1)
+"""Share of the variance that does not differ from frame to frame and is kept whatever the scatter:
+errors that change little over a neighbourhood do not show in it."""
 _NONE: Final = np.float32(0)
 _LEAST = np.float32(1e-3)
 """Below such a share, innovations are rounding."""
@@ -114,27 +119,55 @@ class SlopeFilter:
             joined_px = last.slope_px + gain * innovation
             kept = (1 - gain) ** 2 * last.variance + gain**2 * variance
             told = last.told + gain * (variance - last.told)
-            noise = np.minimum(share / _ALL_NOISE, np.float32(1))
             # What leans lately lags behind: so far off may the average be.
             behind = (lately * (1 - gain)) ** 2 * promised
-            sigma_px = np.sqrt(noise * kept + (1 - noise) * told + behind)
         slope_px = np.where(goes_on, joined_px, measured.slope_px)
+        variance = np.where(goes_on, kept, variance)
         self._state = _State(
             slope_px=slope_px,
-            variance=np.where(goes_on, kept, variance),
-            told=np.where(goes_on, told, variance),
+            variance=variance,
+            told=np.where(goes_on, told, measured.sigma_px**2),
             lean=np.where(goes_on, lean, _NONE),
             lean_variance=np.where(goes_on, lean_variance, _NONE),
             age=np.where(goes_on, last.age + 1, _NONE),
             squares=squares,
             going=going,
         )
+        differs = np.minimum(share, np.float32(1))
+        least = differs * kept + _SMOOTH * (1 - differs) * told
+        left = np.maximum(_scatter(slope_px, self._state.told) * told, least)
+        sigma_px = np.minimum(np.sqrt(left + behind), np.sqrt(told))
         return replace(
             measured,
             slope_px=slope_px,
-            sigma_px=np.where(goes_on, sigma_px, measured.sigma_px),
+            sigma_px=np.where(goes_on, sigma_px, measured.sigma_px).astype(np.float32, copy=False),
             label=sided(measured.label, slope_px),
         )
+
+
+def _scatter(slope_px: Map, variance: Map) -> Map:
+    """Variance of slopes about straight lines, over what each is told to have, (H, W).
+
+    From second differences of three pixels in a row or a column, over the neighbourhood; 1 where
+    none are straight.
+    """
+    total, count = np.zeros_like(slope_px), np.zeros_like(slope_px)
+    for axis in (0, 1):
+        if slope_px.shape[axis] <= 2 * _APART_PX:
+            continue
+        first, middle, last = (
+            np.moveaxis(slope_px, axis, 0)[begin : begin - 2 * _APART_PX or None]
+            for begin in (0, _APART_PX, 2 * _APART_PX)
+        )
+        promised = 6 * np.moveaxis(variance, axis, 0)[_APART_PX:-_APART_PX]
+        with np.errstate(invalid="ignore"):
+            squared = (first - 2 * middle + last) ** 2 / promised
+            is_straight = squared <= _STRAIGHT
+        for target, values in ((total, squared), (count, np.float32(1))):
+            part = np.moveaxis(target, axis, 0)[_APART_PX:-_APART_PX]
+            part += np.where(is_straight, values, _NONE)
+    total, count = (_mean(one, _POOL_PX) for one in (total, count))
+    return np.where(count > _LEAST, total / np.maximum(count, _LEAST), np.float32(1))
 
 
 def sided(label: NDArray[np.uint8], slope_px: Map) -> NDArray[np.uint8]:
@@ -147,13 +180,16 @@ def sided(label: NDArray[np.uint8], slope_px: Map) -> NDArray[np.uint8]:
 
 def _faded(before: Map, now: Map) -> Map:
     """Mean over neighbourhoods, joined with that of the frames before."""
-    mean = np.asarray(cv2.blur(now, (_POOL_PX, _POOL_PX)), np.float32)
-    return (before + _FADING * (mean - before)).astype(np.float32, copy=False)
+    return (before + _FADING * (_mean(now, _POOL_PX) - before)).astype(np.float32, copy=False)
+
+
+def _mean(values: Map, side_px: int) -> Map:
+    """Mean over the neighbourhood of every pixel; the picture goes on as in a mirror."""
+    return np.asarray(cv2.blur(values, (side_px, side_px)), np.float32)
 
 
 def _mean_of(values: Map, known: Mask) -> Map:
     """Mean of the known values around every pixel; 0 where there are none."""
-    size = (_TOGETHER_PX, _TOGETHER_PX)
-    total = np.asarray(cv2.blur(known * values, size), np.float32)
-    share = np.asarray(cv2.blur(known.astype(np.float32), size), np.float32)
+    total = _mean(known * values, _TOGETHER_PX)
+    share = _mean(known.astype(np.float32), _TOGETHER_PX)
     return (total / np.maximum(share, _LEAST)).astype(np.float32, copy=False)
