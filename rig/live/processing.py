@@ -78,7 +78,12 @@ class FrameProcessing:
             frame = _decimated(frame, self._config.decimation, self._jump_px)
         if frame is before:
             return frame
-        return replace(frame, latency_s=frame.latency_s + time.perf_counter() - begun_s)
+        took_s = time.perf_counter() - begun_s
+        return replace(
+            frame,
+            latency_s=frame.latency_s + took_s,
+            measuring_s=frame.measuring_s + took_s,
+        )
 
 
 def cut(frame: DepthFrame, region: Region) -> DepthFrame:
