@@ -103,7 +103,8 @@ def test_depth_goes_with_the_surface_of_its_slopes():
     assert fewer.depth_mm[0, 0] == pytest.approx((900.0 + 930.0 / 4) / 1.25)
     assert fewer.sigma_mm[0, 0] == pytest.approx((1.0 + 0.5) / 1.25)
     assert fewer.label[0, 0] == Label.NEARER
-    nowhere = DepthMap(*(np.full((2, 3), NOTHING, np.float32),) * 2, np.zeros((2, 3), np.uint8))
+    nothing = np.full((2, 3), NOTHING, np.float32)
+    nowhere = DepthMap(nothing, nothing, np.zeros((2, 3), np.uint8))
     _, none = decimated(given, nowhere, 2, JUMP_PX)
     assert none is not None
     assert np.isnan(none.depth_mm).all()

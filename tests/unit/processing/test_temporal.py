@@ -55,8 +55,7 @@ def test_two_maps_are_averaged_by_inverse_variance():
 def test_what_frames_have_in_common_stays_in_sigma():
     """A pattern of errors that never changes: averaging takes nothing of it away."""
     one, pattern = SlopeFilter(FRAMES), white(3)
-    for _ in range(20):
-        found = one.filtered(slopes(1.0 + pattern))
+    *_, found = [one.filtered(slopes(1.0 + pattern)) for _ in range(20)]
     assert found.slope_px == pytest.approx(1.0 + pattern, rel=1e-5)
     assert np.median(found.sigma_px) == pytest.approx(0.05, rel=0.1)
     assert found.sigma_px.max() <= np.float32(0.05)
@@ -64,16 +63,14 @@ def test_what_frames_have_in_common_stays_in_sigma():
 
 def test_an_error_that_never_changes_anywhere_is_not_averaged_away():
     one = SlopeFilter(FRAMES)
-    for _ in range(20):
-        found = one.filtered(slopes(1.01))
+    *_, found = [one.filtered(slopes(1.01)) for _ in range(20)]
     assert found.slope_px == pytest.approx(1.01)
     assert found.sigma_px == pytest.approx(0.05 * 0.1**0.5, rel=1e-2)
 
 
 def test_white_noise_falls_as_a_fading_memory_lets_it():
     one = SlopeFilter(FRAMES)
-    for number in range(40):
-        found = one.filtered(slopes(1.0 + white(number)))
+    *_, found = [one.filtered(slopes(1.0 + white(number))) for number in range(40)]
     gain = 1.0 / FRAMES
     error = 1.4826 * np.median(np.abs(found.slope_px - 1.0))  # few began anew by chance
     assert error == pytest.approx(0.05 * (gain / (2.0 - gain)) ** 0.5, rel=0.1)
