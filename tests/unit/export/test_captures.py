@@ -8,7 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rig.capture.capture import CaptureRequest, capture_depth
@@ -303,6 +303,7 @@ def captured(indices: list[int]) -> Iterator[CapturedFrame]:
     return (CapturedFrame(i, 0.0, None, None, {}, Path()) for i in indices)
 
 
+@settings(deadline=None)
 @given(
     spans=st.lists(st.tuples(st.integers(0, 40), st.integers(0, 5)), min_size=1, max_size=4),
     there=st.sets(st.integers(0, 50)).map(sorted),
@@ -323,6 +324,7 @@ def test_chosen_are_those_that_were_written_down_and_captured(
     assert chosen == sorted(wanted & set(there))
 
 
+@settings(deadline=None)
 @given(text=st.text(max_size=12) | st.text("0123456789,- ", max_size=12))
 def test_a_choice_is_read_or_refused(text: str):
     try:

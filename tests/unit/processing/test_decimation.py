@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -111,6 +111,7 @@ def test_depth_goes_with_the_surface_of_its_slopes():
     assert (none.label == 0).all()
 
 
+@settings(deadline=None)
 @given(
     left=st.floats(-5, 5),
     jump=st.floats(0.6, 9),

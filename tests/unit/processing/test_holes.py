@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
@@ -94,6 +94,7 @@ MAPS = arrays(
 )
 
 
+@settings(deadline=None)
 @given(values=MAPS, largest_px=st.integers(1, 5))
 def test_answered_pixels_are_never_touched(values: NDArray[np.float32], largest_px: int):
     before = slope_map(values)
