@@ -64,6 +64,12 @@ class CaptureSummary:
     """Multi-views that were not measured, by reason."""
     outputs: tuple[OutputSummary, ...]
     valid_pct: float
+    valid_mm: tuple[float, float] | None
+    """Range of the curve: nothing nearer or farther has a depth. None for slopes only."""
+    median_k2: float | None
+    """See `Precision.median_k2`."""
+    sure_pct: float | None
+    """See `Precision.sure_pct`."""
     time_ns: tuple[int, int] | None
     """First and last frame by the wall clock, UTC; None without a frame."""
     folder: Path | None
@@ -142,6 +148,9 @@ def capture_depth(
         dropped=dict(camera.dropped),
         outputs=outputs.summaries,
         valid_pct=tally.valid_pct,
+        valid_mm=None if run.curve is None else run.curve.curve.valid_mm,
+        median_k2=tally.precision.median_k2,
+        sure_pct=tally.precision.sure_pct(tally.frames),
         time_ns=tally.time_ns,
         folder=request.folder,
         is_interrupted=is_interrupted,

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from rig.capture.precision import Precision
 from rig.capture.spread import SpreadTally
 from rig.live.frame import DepthFrame
 
@@ -14,6 +15,7 @@ class CaptureTally:
     latency_s: SpreadTally = field(default_factory=SpreadTally)
     measuring_s: SpreadTally = field(default_factory=SpreadTally)
     skew_s: SpreadTally = field(default_factory=SpreadTally)
+    precision: Precision = field(default_factory=Precision)
     time_ns: tuple[int, int] | None = None
     """First and last frame by the wall clock."""
     _valid_shares: float = 0.0
@@ -24,6 +26,7 @@ class CaptureTally:
         self.latency_s.add(frame.latency_s)
         self.measuring_s.add(frame.measuring_s)
         self.skew_s.add(frame.views.skew_s)
+        self.precision.add(frame)
         first_ns = frame.time_ns if self.time_ns is None else self.time_ns[0]
         self.time_ns = (first_ns, frame.time_ns)
         self._valid_shares += frame.valid_share

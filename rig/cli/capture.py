@@ -5,6 +5,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rig.cli.capture_precision import precision_as_dict, precision_in_words
+from rig.cli.capture_processing import (
+    Decimation,
+    FillHoles,
+    RegionOfInterest,
+    TemporalFrames,
+    processing_overrides,
+)
 from rig.cli.options import (
     MOST_FRAMES,
     AsJson,
@@ -57,6 +65,10 @@ def capture(
             show_default=False,
         ),
     ] = None,
+    temporal: TemporalFrames = None,
+    roi: RegionOfInterest = None,
+    fill: FillHoles = None,
+    decimate: Decimation = None,
     overrides: Overrides = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -76,7 +88,8 @@ def capture(
     from rig.profile.load import load_profile
     from rig.stored import RunChoice, curve_choice
 
-    profile = load_profile(profile_name, overrides or ())
+    processing = processing_overrides(temporal, roi, fill, decimate)
+    profile = load_profile(profile_name, [*(overrides or ()), *processing])
     choice = RunChoice(database, calibration, curve_choice(curve_id, slopes_only=slopes_only))
     request = CaptureRequest(frames=frames, duration_s=seconds, folder=out, recording=record)
     with ProgressLine(frames) as progress:
@@ -116,6 +129,7 @@ def _as_dict(summary: "CaptureSummary") -> dict[str, object]:
             for output in summary.outputs
         },
         "valid_pct": summary.valid_pct,
+        **precision_as_dict(summary),
         "skew_ms": {**_in_ms(skew_s), "max": 1e3 * skew_s.largest},
         "time_ns": summary.time_ns,
         "out": None if summary.folder is None else str(summary.folder),
@@ -144,6 +158,7 @@ def _show(summary: "CaptureSummary") -> None:
         f"answer at {summary.valid_pct:.1f} % of the pixels; "
         f"skew at most {1e3 * summary.skew_s.largest:.2f} ms; dropped: {lost or 'none'}"
     )
+    show(precision_in_words(summary))
     for output in summary.outputs:
         state = "" if output.failure is None else "; failed, see below"
         show(

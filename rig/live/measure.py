@@ -3,19 +3,21 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import cast
 
 import numpy as np
 
 from rig.curve_rows import expecting_rows, require_same_rows
 from rig.depth import DepthMap, depth_from_slopes
-from rig.epipolar import Placement, RectifiedViews, SlopeMap, SlopePrior, estimate_slopes
+from rig.epipolar import Placement, RectifiedViews, SlopeMap, SlopePrior
 from rig.epipolar.mending.mending import Mending
 from rig.epipolar.mending.usable import moving_views
 from rig.frames import GreyImage, MultiView
 from rig.geometry.pinhole import Pinhole
 from rig.live.frame import DepthFrame
 from rig.live.frozen import frozen_views
+from rig.live.processing import FrameProcessing
 from rig.live.taking import Taken
 from rig.stored import Run
 
@@ -67,6 +69,7 @@ class DepthMeter:
         self._placement: Placement | None = None
         self._mending: Mending | None = None
         self._last: MultiView | None = None
+        self._processing = FrameProcessing(run, partial(depth_of, run))
         self._pinholes: dict[tuple[int, ...], Pinhole | None] = {}
 
     def measure(
@@ -95,7 +98,7 @@ class DepthMeter:
         views, warnings = moving_views(views, frozen_views(self._last, multiview))
         self._last = multiview
         hypothesis = self._hypothesis if follows else None
-        found = estimate_slopes(views, run.profile.slopes.range_px, hypothesis)
+        found = self._processing.estimate(views, run.profile.slopes.range_px, hypothesis)
         on_slopes()
         require_same_rows(run, found.mending)
         slopes = run.optics.answered(found)
@@ -105,6 +108,7 @@ class DepthMeter:
         if slopes.mending is not None and len(slopes.mending.rows.fields) == count:
             self._mending = slopes.mending
         self._hypothesis = SlopePrior(slopes.slope_px, np.maximum(slopes.sigma_px, _MOTION_PX))
+        slopes = self._processing.joined(slopes, follows=follows)
         depth = depth_of(run, slopes)
         ended_s = time.perf_counter()
         frame = DepthFrame(
@@ -120,7 +124,7 @@ class DepthMeter:
             pinhole=self._pinhole(slopes.slope_px.shape),
         )
         self._index += 1
-        return frame
+        return self._processing.finished(frame)
 
     def _pinhole(self, shape: tuple[int, ...]) -> Pinhole | None:
         if shape not in self._pinholes:
