@@ -109,7 +109,7 @@ def capture_depth(
                     if folder is not None:
                         folder.write(frame)
                     if recording is not None:
-                        recording.write(frame.views)
+                        recording.write(frame.views, frame.time_ns)
                     last = frame
                     progress(len(tally.latencies_s), in_words(frame))
         except KeyboardInterrupt:

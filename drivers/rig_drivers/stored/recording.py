@@ -8,7 +8,7 @@ from rig.devices import Clock
 from rig.errors import DeviceLostError, DeviceNotFoundError, StoreError
 from rig.frames import MultiView
 from rig.profile import RecordingCameraConfig, ViewConfig
-from rig.recording import recorded, recorded_views
+from rig.recording import Recorded, recorded, recorded_views
 from rig_drivers.stored.camera import StoredCamera
 
 _NAME = "camera recording"
@@ -30,7 +30,7 @@ class ReplayCamera(StoredCamera):
     ) -> None:
         super().__init__(_NAME, Path(config.file), views)
         self._clock = clock
-        self._left: Iterator[MultiView] = iter(())
+        self._left: Iterator[Recorded] = iter(())
 
     @property
     def identity(self) -> Mapping[str, str]:
@@ -59,7 +59,7 @@ class ReplayCamera(StoredCamera):
             stored = next(self._left, None)
         except StoreError as error:
             raise DeviceLostError(_NAME, error.found, advice=error.advice) from error
-        return None if stored is None else self._of_the_present(stored)
+        return None if stored is None else self._of_the_present(stored.views)
 
     def _of_the_present(self, stored: MultiView) -> MultiView:
         later_s = self._clock.now_s() - min(frame.began_s for frame in stored.frames)
