@@ -4,7 +4,13 @@ import json
 from pathlib import Path
 
 from rig.capture.picture import write_picture
-from rig.depth import write_bytes, write_depth_png, write_label_png, write_pfm
+from rig.depth import (
+    write_bytes,
+    write_depth_png,
+    write_label_png,
+    write_pfm,
+    write_picture_png,
+)
 from rig.errors import StoreError
 from rig.live.captured import CAMERA, FACTS
 from rig.live.frame import DepthFrame
@@ -51,6 +57,9 @@ class CaptureFolder:
         slopes = measured.slopes
         write_pfm(self.folder / f"slope_{number}.pfm", slopes.slope_px)
         write_label_png(self.folder / f"label_{number}.png", slopes.label)
+        write_picture_png(self.folder / f"image_{number}.png", measured.image)
+        if measured.colour is not None:
+            write_picture_png(self.folder / f"colour_{number}.png", measured.colour)
         if measured.depth is None:
             write_pfm(self.folder / f"sigma_{number}.pfm", slopes.sigma_px)
         else:
@@ -95,6 +104,7 @@ class CaptureFolder:
             "timestamp_s": multiview.timestamp_s,
             "time_ns": measured.time_ns,
             "skew_s": multiview.skew_s,
+            "image_full_scale": multiview.frames[self._run.profile.reference].full_scale,
             "sequence": {frame.view: frame.sequence for frame in multiview.frames},
             "exposure_s": {frame.view: frame.exposure_s for frame in multiview.frames},
             "temperature_degc": multiview.temperature_degc,

@@ -1,4 +1,4 @@
-"""`rig export`: calibrations, sweeps and depth maps in other people's formats."""
+"""`rig export`: calibrations, sweeps and captures in other people's formats."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,21 +10,21 @@ from rig.cli.options import AsJson, DatabaseUrl
 from rig.cli.output import show, show_json
 from rig.cli.pairs import pairs
 from rig.cli.words import exportable_numbers
-from rig.export.formats import FORMATS, formats_of
+from rig.export.formats import FORMATS, capture_formats, formats_of
 
 if TYPE_CHECKING:
     from rig.export.exported import Exported, ExportedGeometry
 
 
 def export(
-    number: Annotated[
-        int,
+    source: Annotated[
+        str,
         typer.Argument(
-            metavar="ID",
-            min=1,
+            metavar="ID|CAPTURE",
             autocompletion=exportable_numbers,
-            help=f"Number of a calibration; of a sweep for {' and '.join(formats_of('samples'))}. "
-            "`rig history` lists both.",
+            help="Number of a calibration; of a sweep for "
+            f"{' and '.join(formats_of('samples'))}: `rig history` lists both. Or the folder of "
+            f"`rig capture --out` for {', '.join(capture_formats())}.",
         ),
     ],
     *,
@@ -34,8 +34,8 @@ def export(
         typer.Option(
             "--out",
             metavar="PATH",
-            help="Folder to write into; the file for csv, parquet and ply.",
-            show_default="a name made of ID and format, here",
+            help="Folder to write into; the file for csv, parquet and ply of an ID.",
+            show_default="a name made of ID or CAPTURE and format, here",
         ),
     ] = None,
     refit: Annotated[
@@ -90,25 +90,32 @@ def export(
     ] = None,
     capture: Annotated[
         Path | None,
-        typer.Option("--capture", help="ply: folder of `rig capture`.", show_default=False),
+        typer.Option(
+            "--capture", help="ply of an ID: folder of `rig capture`.", show_default=False
+        ),
     ] = None,
     frame: Annotated[
         int | None,
-        typer.Option("--frame", min=0, help="ply: which multi-view.", show_default="0"),
+        typer.Option("--frame", min=0, help="ply of an ID: which multi-view.", show_default="0"),
+    ] = None,
+    frames: Annotated[
+        str | None,
+        typer.Option(
+            "--frames",
+            metavar="0,5-9",
+            help="CAPTURE: which of its frames.",
+            show_default="all",
+        ),
     ] = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
 ) -> None:
-    """Write a calibration, the samples of a sweep, or a depth map for other programs.
+    """Write a calibration, the samples of a sweep, or the frames of a capture for other programs.
 
     Every calibration that is written is read back, and refused unless it puts points to within
     1e-6 px of where the original does. Lengths are in the unit of the format: m for ros, kalibr,
     mrcal and colmap, cm for depthai, mm for the others.
     """
-    from rig.errors import ConfigError
-    from rig.export.formats import exporter_for
-    from rig.export.stored import export_stored
-
     options = {
         "refit": refit or None,
         "socket": pairs("--socket", sockets) or None,
@@ -118,8 +125,30 @@ def export(
         "device": device,
         "capture": capture,
         "frame": frame,
+        "frames": frames,
     }
-    given = {name: value for name, value in options.items() if value is not None}
+    given: dict[str, object] = {name: value for name, value in options.items() if value is not None}
+    if source.isdecimal():
+        _export_number(int(source), target, given, out, database, as_json=as_json)
+    else:
+        _export_capture(Path(source), target, given, out, as_json=as_json)
+
+
+def _export_number(
+    number: int,
+    target: str,
+    given: dict[str, object],
+    out: Path | None,
+    database: str | None,
+    *,
+    as_json: bool,
+) -> None:
+    from rig.errors import ConfigError
+    from rig.export.formats import exporter_for
+    from rig.export.stored import export_stored
+
+    if number < 1:
+        raise typer.BadParameter(f"ID {number}: numbers begin with 1")
     try:
         exporter = exporter_for(target, given)
     except ConfigError as error:
@@ -129,6 +158,33 @@ def export(
         show_json(_as_dict(number, target, exported))
     else:
         _show(number, target, exported)
+
+
+def _export_capture(
+    source: Path, target: str, given: dict[str, object], out: Path | None, *, as_json: bool
+) -> None:
+    from rig.errors import ConfigError
+    from rig.export.formats import capture_exporter_for
+
+    try:
+        exporter = capture_exporter_for(target, given)
+    except ConfigError as error:
+        raise typer.BadParameter(str(error)) from error
+    exported = exporter.export(source, out)
+    if as_json:
+        show_json(
+            {
+                "capture": str(source),
+                "format": target,
+                "out": str(exported.path),
+                "frames": exported.frames,
+                "points": exported.points,
+            }
+        )
+        return
+    points = "" if exported.points is None else f", {exported.points} points"
+    frames = f"{exported.frames} frame{'' if exported.frames == 1 else 's'}"
+    show(f"{exported.path}: {target}, {frames} of {source}{points}")
 
 
 def _as_dict(number: int, target: str, exported: "Exported") -> dict[str, object]:

@@ -2,7 +2,7 @@
 
 from rig.depth.depth_map import DepthMap, depth_from_slopes
 from rig.depth.pfm import read_pfm, write_pfm
-from rig.depth.png import write_depth_png, write_label_png
+from rig.depth.png import write_depth_png, write_label_png, write_picture_png
 from rig.files import write_bytes
 
 __all__ = [
@@ -13,4 +13,5 @@ __all__ = [
     "write_depth_png",
     "write_label_png",
     "write_pfm",
+    "write_picture_png",
 ]

@@ -1,4 +1,4 @@
-"""Depth and labels as PNG, for exchange; the master of a depth is its PFM."""
+"""Depth, labels and pictures as PNG; the master of a depth is its PFM."""
 
 from pathlib import Path
 
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from rig.errors import StoreError
 from rig.files import write_bytes
 
+Pixels = NDArray[np.uint8] | NDArray[np.uint16]
 MOST_MM = 65535
 
 
@@ -48,7 +49,16 @@ def write_label_png(path: Path, label: NDArray[np.uint8]) -> None:
     _write_png(path, label)
 
 
-def _write_png(path: Path, pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
+def write_picture_png(path: Path, image: Pixels) -> None:
+    """Write a picture as it is: (H, W) grey, or (H, W, 3) of red, green and blue.
+
+    Raises:
+        StoreError: the file cannot be written.
+    """
+    _write_png(path, image if image.ndim == 2 else image[..., ::-1])
+
+
+def _write_png(path: Path, pixels: Pixels) -> None:
     done, encoded = cv2.imencode(".png", pixels)
     if not done:
         raise StoreError(

@@ -36,4 +36,15 @@ class ExportedDepth:
     points: int
 
 
+@dataclass(frozen=True, slots=True)
+class ExportedCapture:
+    """The frames of a capture."""
+
+    path: Path
+    """File or folder that was written."""
+    frames: int
+    points: int | None = None
+    """Of all frames together; None where the format holds no points."""
+
+
 Exported = ExportedGeometry | ExportedSamples | ExportedDepth

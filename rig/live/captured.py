@@ -15,7 +15,7 @@ from rig.arrays import Float
 from rig.depth import read_pfm
 from rig.errors import CalibrationError, FormatError, StoreError
 from rig.files import read_bytes
-from rig.frames import MultiView
+from rig.frames import GreyImage, MultiView
 from rig.geometry.pinhole import Pinhole
 from rig.recording import recorded
 
@@ -27,8 +27,8 @@ CAMERA = "camera.json"
 class CapturedFrame:
     """One frame of a capture; maps are read from their files when they are asked for.
 
-    A recording holds pictures and no maps: `views` is what it has. A folder holds maps and no
-    pictures.
+    A recording holds pictures and no maps: `views` is what it has. A folder holds maps and the
+    picture of the reference view.
     """
 
     index: int
@@ -47,13 +47,18 @@ class CapturedFrame:
     """See `camera`."""
 
     @property
+    def has_depth(self) -> bool:
+        """Whether it was captured with a curve; False for a recording."""
+        return self.views is None and not self._has_slopes_only
+
+    @property
     def depth_mm(self) -> NDArray[np.float32]:
         """(H, W), NaN where there is no answer.
 
         Raises:
             StoreError: the capture has no depth (a recording, slopes only), or no such file.
         """
-        if self.facts.get("sigma_unit") == "px per view step":
+        if self._has_slopes_only:
             raise StoreError(
                 f"{self.source}: holds slopes only, asked for depth",
                 advice="capture without --slopes-only",
@@ -67,10 +72,24 @@ class CapturedFrame:
         Raises:
             StoreError: see `depth_mm`.
         """
-        if self.facts.get("sigma_unit") == "px per view step":
+        if self._has_slopes_only:
             raise StoreError(
                 f"{self.source}: holds slopes only, asked for sigma in mm",
                 advice="capture without --slopes-only",
+            )
+        return read_pfm(self._map("sigma", "pfm"))
+
+    @property
+    def sigma_px(self) -> NDArray[np.float32]:
+        """(H, W) 1 sigma of the slope, px per view step, of a capture of slopes only.
+
+        Raises:
+            StoreError: it was captured with a curve, is a recording, or there is no such file.
+        """
+        if self.has_depth:
+            raise StoreError(
+                f"{self.source}: holds the sigma of the depth, asked for that of the slope",
+                advice="read sigma_mm, or capture with --slopes-only",
             )
         return read_pfm(self._map("sigma", "pfm"))
 
@@ -93,14 +112,47 @@ class CapturedFrame:
             StoreError: it is a recording, or there is no such file.
         """
         path = self._map("label", "png")
-        encoded = np.frombuffer(read_bytes(path), np.uint8)
-        label = cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED) if encoded.size else None
+        label = _decoded(path)
         if label is None or label.ndim != 2 or label.dtype != np.uint8:
             raise StoreError(f"{path}: is no picture of labels", advice="capture again")
         found = np.array(label, np.uint8)
         if self.facts.get("sigma_unit") == "mm":
             found[np.isnan(self.depth_mm)] = 0
         return found
+
+    @property
+    def image(self) -> GreyImage | None:
+        """(H, W) grey values of the reference view at the pixels of the maps.
+
+        None where the capture was written before pictures were kept.
+
+        Raises:
+            StoreError: it is a recording, which has `views`, or the file is no picture.
+        """
+        path = self._map("image", "png")
+        if not path.is_file():
+            return None
+        image = _decoded(path)
+        if image is None or image.ndim != 2 or str(image.dtype) not in ("uint8", "uint16"):
+            raise StoreError(f"{path}: is no grey picture", advice="capture again")
+        return cast("GreyImage", image)
+
+    @property
+    def colour(self) -> NDArray[np.uint8] | None:
+        """(H, W, 3) red, green and blue at the pixels of the maps, of `colour_NNNNN.png`.
+
+        None where there is no such file: the cameras that rig drives today are grey.
+
+        Raises:
+            StoreError: it is a recording, or the file is no picture in colour.
+        """
+        path = self._map("colour", "png")
+        if not path.is_file():
+            return None
+        image = _decoded(path)
+        if image is None or image.shape[2:] != (3,) or image.dtype != np.uint8:
+            raise StoreError(f"{path}: is no 8-bit picture in colour", advice="capture again")
+        return np.ascontiguousarray(image[..., ::-1], np.uint8)
 
     @property
     def camera(self) -> Pinhole:
@@ -124,6 +176,10 @@ class CapturedFrame:
             StoreError: the capture has no depth.
         """
         return self.camera.points_mm(self.depth_mm)
+
+    @property
+    def _has_slopes_only(self) -> bool:
+        return self.facts.get("sigma_unit") == "px per view step"
 
     def _map(self, kind: str, suffix: str) -> Path:
         if self.views is not None:
@@ -173,6 +229,12 @@ def _of_folder(folder: Path, facts: bytes, pinhole: Pinhole | None) -> Iterator[
                 f"{folder / FACTS}: line {number} is damaged: {error!r}",
                 advice="capture again, or remove this line",
             ) from error
+
+
+def _decoded(path: Path) -> NDArray[np.generic] | None:
+    """Return the pixels of a picture as OpenCV orders them; None where it is none."""
+    encoded = np.frombuffer(read_bytes(path), np.uint8)
+    return cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED) if encoded.size else None
 
 
 def _pinhole(path: Path) -> Pinhole | None:
