@@ -1,10 +1,11 @@
-"""The recording of a capture: its multi-views as they were taken."""
+"""The recording of a capture: its multi-views as they were taken, and their depth beside them."""
 
 from pathlib import Path
 
 from rig.live.camera import DepthCamera
 from rig.live.frame import DepthFrame
 from rig.recording import RecordingWriter
+from rig.robots.frames import RobotFrames
 
 
 class CaptureRecording:
@@ -13,6 +14,7 @@ class CaptureRecording:
     Args:
         path: must not exist.
         camera: open.
+        points: whether to record the cloud as well.
 
     Raises:
         StoreError: the file exists or cannot be written.
@@ -20,7 +22,8 @@ class CaptureRecording:
 
     name = "recording"
 
-    def __init__(self, path: Path, camera: DepthCamera) -> None:
+    def __init__(self, path: Path, camera: DepthCamera, *, points: bool = False) -> None:
+        self._frames = RobotFrames(camera.run, points=points)
         self._writer = RecordingWriter(path, camera.views, camera.identity)
 
     def write(self, frame: DepthFrame) -> None:
@@ -29,7 +32,8 @@ class CaptureRecording:
         Raises:
             StoreError: the disk is full or gone.
         """
-        self._writer.write(frame.views, frame.time_ns)
+        seen = self._frames.of(frame)
+        self._writer.write(frame.views, frame.time_ns, seen.depth, seen.scene)
 
     def close(self) -> None:
         """End the file.

@@ -23,26 +23,19 @@ class RecordingWriter:
         path: must not exist.
         views: names of the views, in the order of every multi-view.
         identity: what the camera says of itself; kept in the file.
-        scene: cameras and their places, for other programs; None where only pictures are recorded.
 
     Raises:
         StoreError: the file exists or cannot be written, or a view has a name that is taken.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        views: Sequence[str],
-        identity: Mapping[str, str],
-        scene: Scene | None = None,
-    ) -> None:
+    def __init__(self, path: Path, views: Sequence[str], identity: Mapping[str, str]) -> None:
         if DEPTH in views:
             raise StoreError(
                 f"{path}: a view is called {DEPTH}, which is the name of the depth map in a "
                 "recording",
                 advice="give this view another name in the profile",
             )
-        self._scene = scene or Scene({view: view for view in views}, views[0], (), {}, None)
+        self._bare = Scene({view: view for view in views}, views[0], (), {}, None)
         self._file = McapWriter(path, _PROFILE)
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
@@ -57,20 +50,27 @@ class RecordingWriter:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def write(self, multiview: MultiView, time_ns: int, depth: DepthImages | None = None) -> None:
+    def write(
+        self,
+        multiview: MultiView,
+        time_ns: int,
+        depth: DepthImages | None = None,
+        scene: Scene | None = None,
+    ) -> None:
         """Append one multi-view.
 
         Args:
             multiview: as it was taken.
             time_ns: mid-exposure by the wall clock, UTC, since 1970-01-01.
             depth: of it, for other programs; it is not played back.
+            scene: cameras and their places, for other programs; None where they are unknown.
 
         Raises:
             StoreError: the disk is full or gone; earlier multi-views are kept.
         """
         chunk: list[tuple[int, Payload]] = [
             (self._channel(message.topic, message.schema), message.payload)
-            for message in messages_of(multiview, time_ns, depth, self._scene)
+            for message in messages_of(multiview, time_ns, depth, scene or self._bare)
         ]
         chunk.append((self._index, (index_message(multiview, time_ns),)))
         self._file.write(chunk, time_ns)

@@ -45,10 +45,10 @@ def depth() -> DepthImages:
 @pytest.fixture
 def recording(tmp_path: Path) -> Path:
     path = tmp_path / "r.mcap"
-    with RecordingWriter(path, VIEWS, {"kind": "any", "serial": "7"}, SCENE) as writer:
-        writer.write(taken(0), time_ns(0))
-        writer.write(taken(1), time_ns(1), depth())
-        writer.write(taken(2), time_ns(2), depth())
+    with RecordingWriter(path, VIEWS, {"kind": "any", "serial": "7"}) as writer:
+        writer.write(taken(0), time_ns(0), None, SCENE)
+        writer.write(taken(1), time_ns(1), depth(), SCENE)
+        writer.write(taken(2), time_ns(2), depth(), SCENE)
     return path
 
 
