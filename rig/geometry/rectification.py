@@ -195,7 +195,7 @@ class Rectification:
         pinhole = self.view_camera(view)
         projection = np.zeros((3, 4))
         projection[:, :3] = pinhole.matrix
-        projection[:2, 3] = -pinhole.fx_px * self.places_mm[view, :2] / 1000.0
+        projection[:2, 3] = 0.0 - pinhole.fx_px * self.places_mm[view, :2] / 1000.0
         return projection
 
 

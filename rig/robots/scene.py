@@ -7,6 +7,7 @@ depth are told in them; `CameraInfo.rectification` leads from the raw camera int
 """
 
 import re
+from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
@@ -81,7 +82,7 @@ def depth_camera_info(pinhole: Pinhole) -> CameraInfo:
     return _pinhole_info((pinhole.width_px, pinhole.height_px), pinhole.matrix, place_m=np.zeros(2))
 
 
-def optical_transform(child: str, place_mm: Float) -> FrameTransform:
+def optical_transform(child: str, place_mm: Iterable[float]) -> FrameTransform:
     """Return where an optical frame stands in the base frame.
 
     Args:
@@ -89,7 +90,7 @@ def optical_transform(child: str, place_mm: Float) -> FrameTransform:
         place_mm: (3,) right, down and forward of the reference camera, in the common frame.
     """
     right_m, down_m, forward_m = (float(along) / _MM for along in place_mm)
-    return FrameTransform(BASE, child, (forward_m, -right_m, -down_m), _OPTICAL)
+    return FrameTransform(BASE, child, (forward_m, 0.0 - right_m, 0.0 - down_m), _OPTICAL)
 
 
 def _calibrated(rectification: Rectification, view: int) -> CameraInfo:
@@ -117,5 +118,5 @@ def _nominal(run: Run, pinhole: Pinhole, steps: Float) -> CameraInfo:
 def _pinhole_info(size_px: tuple[int, int], matrix: Float, place_m: Float) -> CameraInfo:
     projection = np.zeros((3, 4))
     projection[:, :3] = matrix
-    projection[:2, 3] = -matrix[0, 0] * place_m
+    projection[:2, 3] = 0.0 - matrix[0, 0] * place_m
     return CameraInfo(size_px[0], size_px[1], "none", (), matrix, np.eye(3), projection)
