@@ -1,7 +1,10 @@
 """The recording of a capture: its multi-views as they were taken, and their depth beside them."""
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Final
 
+from rig.capture.output import Output
 from rig.live.camera import DepthCamera
 from rig.live.frame import DepthFrame
 from rig.recording import RecordingWriter
@@ -42,3 +45,17 @@ class CaptureRecording:
             StoreError: the disk is full or gone.
         """
         self._writer.close()
+
+
+def _ros2(path: Path, camera: DepthCamera, points: bool) -> Output:
+    from rig.robots.ros2_recording import Ros2Recording  # noqa: PLC0415  (an extra)
+
+    return Ros2Recording(path, camera, points=points)
+
+
+RECORDINGS: Final[Mapping[str, Callable[[Path, DepthCamera, bool], Output]]] = {
+    "foxglove": lambda path, camera, points: CaptureRecording(path, camera, points=points),
+    "ros2": _ros2,
+}
+"""What a recording can be, and what opens it: a new file, the opened camera, whether the cloud is
+wanted."""

@@ -46,6 +46,11 @@ class FoxgloveMessage:
     schema: type[Message]
     payload: Payload
 
+    @property
+    def schema_name(self) -> str:
+        """As other programs know it, `foxglove.RawImage`."""
+        return self.schema.DESCRIPTOR.full_name
+
 
 def messages_of(
     multiview: MultiView, time_ns: int, depth: DepthImages | None, scene: Scene

@@ -4,11 +4,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final, Self
 
-from google.protobuf.message import Message
-
 from rig.errors import StoreError
 from rig.frames import MultiView
-from rig.recording.foxglove_messages import DEPTH, messages_of, schema_of
+from rig.recording.foxglove_messages import DEPTH, FoxgloveMessage, messages_of, schema_of
 from rig.recording.index_message import NAME, TOPIC, index_message, index_schema
 from rig.recording.mcap_writer import McapWriter, Payload
 from rig.recording.scene import DepthImages, Scene
@@ -69,7 +67,7 @@ class RecordingWriter:
             StoreError: the disk is full or gone; earlier multi-views are kept.
         """
         chunk: list[tuple[int, Payload]] = [
-            (self._channel(message.topic, message.schema), message.payload)
+            (self._channel(message), message.payload)
             for message in messages_of(multiview, time_ns, depth, scene or self._bare)
         ]
         chunk.append((self._index, (index_message(multiview, time_ns),)))
@@ -83,12 +81,12 @@ class RecordingWriter:
         """
         self._file.close()
 
-    def _channel(self, topic: str, schema: type[Message]) -> int:
+    def _channel(self, message: FoxgloveMessage) -> int:
         """Return the channel of a topic, which is written when it is first used."""
+        topic, name = message.topic, message.schema_name
         if topic not in self._channels:
-            name = schema.DESCRIPTOR.full_name
             if name not in self._schemas:
-                described = schema_of(schema)
+                described = schema_of(message.schema)
                 self._schemas[name] = self._file.add_schema(name, "protobuf", described)
             self._channels[topic] = self._file.add_channel(topic, "protobuf", self._schemas[name])
         return self._channels[topic]

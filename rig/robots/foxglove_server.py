@@ -6,8 +6,6 @@ runs on threads of its own, and a client that is too slow loses the oldest messa
 
 from typing import Any, Final
 
-from google.protobuf.message import Message
-
 from rig.errors import OutputError
 from rig.live.camera import DepthCamera
 from rig.live.frame import DepthFrame
@@ -92,19 +90,21 @@ class FoxgloveServer:
 
     def close(self) -> None:
         """Let all clients go."""
+        for channel in self._channels.values():
+            channel.close()
         self._server.stop()
 
     def _channel(self, message: FoxgloveMessage) -> Any:
         if message.topic not in self._channels:
             self._channels[message.topic] = self._foxglove.Channel(
                 message.topic,
-                schema=self._schema(message.schema),
+                schema=self._schema(message),
                 message_encoding="protobuf",
                 context=self._context,
             )
         return self._channels[message.topic]
 
-    def _schema(self, message: type[Message]) -> Any:
+    def _schema(self, message: FoxgloveMessage) -> Any:
         return self._foxglove.Schema(
-            name=message.DESCRIPTOR.full_name, encoding="protobuf", data=schema_of(message)
+            name=message.schema_name, encoding="protobuf", data=schema_of(message.schema)
         )
