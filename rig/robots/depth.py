@@ -34,7 +34,7 @@ class DepthForRobots:
         if not np.array_equal(forward, ones):
             self._m_per_mm = (1e-3 / forward).astype(np.float32)
         if points:
-            self._rays = rays.astype(np.float32)
+            self._rays = rays[..., :2].reshape(-1, 2).astype(np.float32)
 
     def of(
         self,
@@ -44,13 +44,21 @@ class DepthForRobots:
     ) -> DepthImages:
         """Return maps (H, W), and the cloud where one is wanted."""
         depth_m, sigma_m = depth_mm * self._m_per_mm, sigma_mm * self._m_per_mm
-        points = None
-        if self._rays is not None:
-            known = np.isfinite(depth_m)
-            points = np.empty((int(known.sum()), 4), np.float32)
-            points[:, :3] = self._rays[known] * depth_m[known][:, None]
-            points[:, 3] = sigma_m[known]
+        points = None if self._rays is None else _cloud(self._rays, depth_m, sigma_m)
         return DepthImages(depth_m, sigma_m, label, points)
+
+
+def _cloud(
+    rays: NDArray[np.float32], depth_m: NDArray[np.float32], sigma_m: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Points (N, 4) of the known pixels: x, y, z, sigma; rays (H * W, 2) are x / z and y / z."""
+    known = np.flatnonzero(np.isfinite(depth_m))
+    points = np.empty((len(known), 4), np.float32)
+    z_m = depth_m.ravel().take(known)
+    np.multiply(rays.take(known, axis=0), z_m[:, None], out=points[:, :2])
+    points[:, 2] = z_m
+    points[:, 3] = sigma_m.ravel().take(known)
+    return points
 
 
 def whole_mm(depth_m: NDArray[np.float32]) -> NDArray[np.uint16]:
@@ -58,5 +66,6 @@ def whole_mm(depth_m: NDArray[np.float32]) -> NDArray[np.uint16]:
 
     Programs that read such pictures know no other mark; the depth in m beside it has all.
     """
-    rounded = np.rint(np.nan_to_num(depth_m, nan=0.0) * np.float32(1000.0))
-    return np.where((rounded >= 1) & (rounded <= MOST_MM), rounded, 0).astype(np.uint16)
+    rounded = np.rint(depth_m * np.float32(1000.0))
+    held = (rounded >= 1.0) & (rounded <= MOST_MM)  # False for NaN
+    return np.where(held, rounded, np.float32(0.0)).astype(np.uint16)

@@ -1,7 +1,7 @@
 """Rectified pictures of every view, quickly: for people and robots, not for slopes."""
 
 from collections.abc import Mapping
-from typing import Any, cast
+from typing import cast
 
 import cv2
 import numpy as np
@@ -12,6 +12,8 @@ from rig.geometry.rectification import Rectification
 from rig.live.frame import DepthFrame
 from rig.optics.calibrated import CalibratedOptics
 from rig.stored import Run
+
+_Map = NDArray[np.float32]
 
 
 class RectifiedPictures:
@@ -25,11 +27,11 @@ class RectifiedPictures:
 
     def __init__(self, run: Run) -> None:
         self._reference = run.profile.reference
-        self._maps: list[tuple[NDArray[Any], NDArray[Any]]] = []
+        self._maps: list[tuple[_Map, _Map]] = []
         if isinstance(run.optics, CalibratedOptics):
             rectification = run.optics.rectification
             views = range(len(run.profile.views))
-            self._maps = [_fixed_point_map(rectification, view) for view in views]
+            self._maps = [_map_of(rectification, view) for view in views]
 
     def of(self, frame: DepthFrame) -> Mapping[str, GreyImage]:
         """Return one picture for every view, by its name; the reference is `frame.image`."""
@@ -42,11 +44,12 @@ class RectifiedPictures:
         }
 
     def _rectified(self, view: int, image: GreyImage) -> GreyImage:
-        places, fractions = self._maps[view]
-        return cast("GreyImage", cv2.remap(image, places, fractions, cv2.INTER_LINEAR))
+        columns, rows = self._maps[view]
+        return cast("GreyImage", cv2.remap(image, columns, rows, cv2.INTER_LINEAR))
 
 
-def _fixed_point_map(rectification: Rectification, view: int) -> tuple[NDArray[Any], NDArray[Any]]:
+def _map_of(rectification: Rectification, view: int) -> tuple[_Map, _Map]:
+    """Columns and rows (H, W) of the raw picture."""
     map_px = rectification.raw_map_px(view)
     outside = np.where(np.isfinite(map_px), map_px, -10.0).astype(np.float32)
-    return cv2.convertMaps(outside[..., 0].copy(), outside[..., 1].copy(), cv2.CV_16SC2)
+    return outside[..., 0].copy(), outside[..., 1].copy()

@@ -1,7 +1,7 @@
 """`rig capture --record FILE.mcap --as ros2`: a rosbag2 in one MCAP file, written live.
 
 What `ros2 bag` and the library `rosbags` open. Nothing is compressed: that costs more than all the
-rest of a frame.
+rest of a frame. Chunks have no checksums, as those of `rosbags` have none.
 """
 
 from pathlib import Path
@@ -55,7 +55,7 @@ class Ros2Recording:
         require_no_depth(camera.views)
         self._frames = RobotFrames(camera.run, points=points)
         self._pictures = RectifiedPictures(camera.run)
-        self._file = McapWriter(path, "ros2")
+        self._file = McapWriter(path, "ros2", has_checksums=False)
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
 
