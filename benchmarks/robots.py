@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, ClassVar, cast
@@ -127,7 +127,7 @@ class _PlainFile:
 
 
 @contextmanager
-def outputs(camera: Opened, folder: Path) -> Iterator[dict[str, Output]]:
+def outputs(camera: Opened, folder: Path) -> Generator[dict[str, Output]]:
     """Open every way out, with and without the cloud; beside them a file of as many bytes."""
     opened = cast("DepthCamera", camera)
     with ExitStack() as stack:

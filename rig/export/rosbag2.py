@@ -5,7 +5,7 @@ conventions: `rig.robots.ros2_messages`; the cloud is always there.
 """
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -111,7 +111,7 @@ class _Write:
 
 
 @contextmanager
-def _bag(path: Path, messages: Ros2Messages) -> Iterator[_Write]:
+def _bag(path: Path, messages: Ros2Messages) -> Generator[_Write]:
     with robot_extra("ros", "rosbags", "a bag of ROS 2"):
         # Here, because only those who ask for ROS 2 have it.
         from rosbags.rosbag2 import StoragePlugin, Writer  # noqa: PLC0415

@@ -166,7 +166,7 @@ def _with_data(head: Message, field: int, data: NDArray[Any]) -> Payload:
     """Append a field of bytes to a message: fields may stand in any order."""
     length = _varint(data.nbytes)
     tag = _varint(field << 3 | _BYTES)
-    return head.SerializeToString() + tag + length, memoryview(data).cast("B")
+    return head.SerializeToString() + tag + length, data.view(np.uint8).ravel().data
 
 
 def _varint(number: int) -> bytes:

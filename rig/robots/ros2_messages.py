@@ -131,7 +131,7 @@ class Ros2Messages:
         )
         # The data are the last field: their count, here of none, and then the bytes.
         head = self._cdr(empty, _IMAGE)[:-4] + struct.pack("<I", little_endian.nbytes)
-        return Ros2Message(topic, _IMAGE, (head, memoryview(little_endian).cast("B")))
+        return Ros2Message(topic, _IMAGE, (head, little_endian.view(np.uint8).ravel().data))
 
     def _camera_info(
         self,

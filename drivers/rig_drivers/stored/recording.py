@@ -1,6 +1,6 @@
 """A recording as a camera: every stored multi-view once, in order."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -52,6 +52,8 @@ class ReplayCamera(StoredCamera):
         self._left = recorded(self._place)
 
     def _close(self) -> None:
+        if isinstance(self._left, Generator):
+            self._left.close()  # and with it the file
         self._left = iter(())
 
     def _read(self, number: int) -> MultiView | None:

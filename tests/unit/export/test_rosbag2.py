@@ -10,6 +10,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
+from rosbags.interfaces import ConnectionExtRosbag2
 
 import rig
 from rig.capture.capture import CaptureRequest, capture_depth
@@ -85,6 +86,7 @@ def test_a_second_reader_agrees(captured: Path, tmp_path: Path):
     assert set(found) == {*TOPICS, "/tf_static"}
     with AnyReader([tmp_path / "bag"]) as reader:
         (connection,) = (c for c in reader.connections if c.topic == "/tf_static")
+        assert isinstance(connection.ext, ConnectionExtRosbag2)
         assert connection.ext.offered_qos_profiles[0].durability.name == "TRANSIENT_LOCAL"
 
 

@@ -3,7 +3,6 @@
 import json
 import struct
 import tracemalloc
-from collections.abc import Callable
 from pathlib import Path
 
 import lz4.frame
@@ -213,26 +212,25 @@ def any_change(content: bytes) -> st.SearchStrategy[bytes]:
     return st.builds(changed, st.lists(place, max_size=4), st.integers(0, len(content) + 50))
 
 
-def of(make: Callable[[Path], object], folder: Path) -> bytes:
-    path = folder / "r.mcap"
-    path.unlink(missing_ok=True)
-    make(path)
+@pytest.fixture(scope="module", params=["now", "old"])
+def whole(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A recording that is not damaged."""
+    if request.param == "old":
+        return GOLDEN.read_bytes()
+    path = tmp_path_factory.mktemp("whole") / "r.mcap"
+    written(path, 2)
     return path.read_bytes()
 
 
-@pytest.mark.parametrize("make", [lambda path: written(path, 2), None], ids=["now", "old"])
 @given(data=st.data())
 @settings(max_examples=150, deadline=None)
 def test_any_file_is_read_or_refused(
-    make: Callable[[Path], object] | None,
-    data: st.DataObject,
-    tmp_path_factory: pytest.TempPathFactory,
+    whole: bytes, data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
 ):
     folder = tmp_path_factory.getbasetemp() / "any_recording"
     folder.mkdir(exist_ok=True)
-    content = GOLDEN.read_bytes() if make is None else of(make, folder)
     path = folder / "spoilt.mcap"
-    path.write_bytes(data.draw(any_change(content)))
+    path.write_bytes(data.draw(any_change(whole)))
     try:
         found = [one.views for one in recorded(path)]
     except StoreError as error:

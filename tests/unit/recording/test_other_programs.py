@@ -112,6 +112,7 @@ def test_every_message_is_what_its_schema_says(recording: Path):
         }
     assert len(found) == 8
     for schema, message, content in found.values():
+        assert schema is not None
         assert schema.encoding == "protobuf"
         assert message.log_time == message.publish_time == time_ns(2)
         stamp = content.transforms[0].timestamp if schema.name.endswith("s") else content.timestamp

@@ -19,7 +19,7 @@ OURS = tracemalloc.Filter(inclusive=True, filename_pattern="*/rig/recording/*")
 
 
 def test_memory_stays_flat_and_the_index_is_whole(tmp_path: Path):
-    path, many = tmp_path / "r.mcap", 1500
+    path, many = tmp_path / "r.mcap", 800
     image = np.zeros((4, 4), np.uint8)
     multiview = MultiView(tuple(Frame(view, image, 1.0, 1) for view in VIEWS))
     kept: list[int] = []
@@ -28,13 +28,13 @@ def test_memory_stays_flat_and_the_index_is_whole(tmp_path: Path):
         with RecordingWriter(path, VIEWS, {}) as writer:
             for number in range(many):
                 writer.write(multiview, number)
-                if number in (500, many - 1):
+                if number in (300, many - 1):
                     gc.collect()
                     taken_now = tracemalloc.take_snapshot().filter_traces([OURS])
                     kept.append(sum(entry.size for entry in taken_now.statistics("filename")))
     finally:
         tracemalloc.stop()
-    assert abs(kept[1] - kept[0]) < 10 * 1000, f"{kept} bytes after 500 and {many} multi-views"
+    assert abs(kept[1] - kept[0]) < 10 * 500, f"{kept} bytes after 300 and {many} multi-views"
     with path.open("rb") as file:
         summary = make_reader(file, validate_crcs=True).get_summary()
     assert summary is not None
@@ -102,9 +102,8 @@ def test_a_killed_writer_loses_the_unfinished_multiview_alone(tmp_path: Path, lo
     writer = RecordingWriter(path, VIEWS, {})
     for number in range(3):
         writer.write(taken(number), time_ns(number))
-        size = path.stat().st_size
-    begun = writer.write(taken(3), time_ns(3))
-    assert begun is None
+    size = path.stat().st_size
+    writer.write(taken(3), time_ns(3))
     # Cut behind the chunk before: as if the last call had been stopped in its middle.
     os.truncate(path, size + lost)
     assert [found.time_ns for found in recorded(path)] == [time_ns(n) for n in range(3)]

@@ -3,7 +3,7 @@
 import json
 import struct
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -31,7 +31,7 @@ def opened() -> Iterator[tuple[DepthCamera, DepthFrame]]:
 
 
 @contextmanager
-def serving(camera: DepthCamera, **options: Any) -> Iterator[FoxgloveServer]:
+def serving(camera: DepthCamera, **options: Any) -> Generator[FoxgloveServer]:
     server = FoxgloveServer(camera, port=0, **options)
     try:
         yield server
@@ -76,7 +76,7 @@ class Client:
 
 
 @contextmanager
-def client_of(server: FoxgloveServer) -> Iterator[Client]:
+def client_of(server: FoxgloveServer) -> Generator[Client]:
     address = f"ws://127.0.0.1:{server.port}"
     with connect(address, subprotocols=[PROTOCOL], max_size=None, close_timeout=0.5) as socket:
         assert socket.subprotocol == PROTOCOL

@@ -9,10 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory as ProtobufDecoders
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
+from rosbags.interfaces import ConnectionExtRosbag2
 
 from rig.capture.capture import CaptureRequest, capture_depth
+from rig.capture.recording import CaptureRecording
+from rig.depth import DepthMap
 from rig.errors import ConfigError, StoreError
 from rig.geometry.pinhole import Pinhole
 from rig.live.frame import DepthFrame
@@ -127,6 +131,7 @@ def assert_depth(topics: dict[str, Any], frame: DepthFrame) -> None:
 def test_transforms_wait_for_who_subscribes_later(recorded: tuple[Path, list[DepthFrame]]):
     with AnyReader([recorded[0]]) as reader:
         (connection,) = (c for c in reader.connections if c.topic == "/tf_static")
+        assert isinstance(connection.ext, ConnectionExtRosbag2)
         (service,) = connection.ext.offered_qos_profiles
         ((_, _, raw),) = reader.messages([connection])
         message: Any = reader.deserialize(raw, connection.msgtype)
@@ -184,6 +189,27 @@ def test_without_a_focal_length_cameras_are_marked_as_not_calibrated():
         assert not info.r.any()
         assert not info.p.any()
         assert info.d.size == 0
+
+
+def test_a_frame_without_any_answer_has_an_empty_cloud(tmp_path: Path):
+    with open_simulated_rig() as camera:
+        frame = next(iter(camera))
+        nothing = np.full((100, 160), np.nan, np.float32)
+        blind = replace(frame, depth=DepthMap(nothing, nothing, np.zeros((100, 160), np.uint8)))
+        outputs = (
+            Ros2Recording(tmp_path / "ros2.mcap", camera, points=True),
+            CaptureRecording(tmp_path / "foxglove.mcap", camera, points=True),
+        )
+        for output in outputs:
+            output.write(blind)
+            output.close()
+    found = {topic: message for topic, _, message in by_rosbags(tmp_path / "ros2.mcap")}
+    assert found["/depth/points"].width == 0
+    assert not pixels(found["/depth/image_raw"], "<u2").any()
+    with (tmp_path / "foxglove.mcap").open("rb") as file:
+        reader = make_reader(file, decoder_factories=[ProtobufDecoders()])
+        ((_, _, _, cloud),) = reader.iter_decoded_messages(topics=["/depth/points"])
+    assert (cloud.point_stride, cloud.data) == (16, b"")
 
 
 def test_pictures_are_rectified_as_the_calibration_says():
