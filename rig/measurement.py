@@ -44,6 +44,9 @@ class Measurement:
     dense_slope_px: float | None = None
     """Slope of the dense estimator that `rig capture` uses."""
     dense_sigma_px: float | None = None
+    dense_pixel_sigma_px: float | None = None
+    """Median 1 sigma of one pixel of the board in the dense map; the two above are of the plane
+    through all of them."""
     corners_px: tuple[tuple[Point, ...], ...] | None = None
     """Corners of the board, by row and column."""
     outline_px: tuple[Point, ...] | None = None

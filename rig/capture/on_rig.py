@@ -7,7 +7,7 @@ from rig.database import open_store
 from rig.live.opening import depth_camera
 from rig.profile import Profile
 from rig.progress import Progress, Tell
-from rig.stored import RunChoice, new_folder, open_run
+from rig.stored import RunChoice, new_folder, newer_curve, open_run
 
 
 def capture_on_rig(
@@ -27,7 +27,7 @@ def capture_on_rig(
         choice: which calibration and which curve.
         request: how long, and where maps go.
         progress: told of every measured multi-view.
-        tell: see `capture_depth`.
+        tell: see `capture_depth`; also told of a curve that took the place of the one in use.
 
     Raises:
         ConfigError: the calibration does not fit the rig.
@@ -39,5 +39,10 @@ def capture_on_rig(
         run = open_run(store, profile, choice.calibration, choice.curve)
         if request.folder is None and request.ends:
             request = replace(request, folder=new_folder(store, "captures", profile.name))
-    with depth_camera(run) as camera:
-        return capture_depth(camera, request, progress, tell)
+        with depth_camera(run) as camera:
+            summary = capture_depth(camera, request, progress, tell)
+        newer = newer_curve(store, run, choice.curve)
+        if newer is not None:
+            used = "no curve" if run.curve is None else f"curve {run.curve.id}"
+            tell(f"rig: curve {newer} was made meanwhile; this capture used {used} to its end")
+        return summary

@@ -28,12 +28,26 @@ def result_as_dict(result: "SweepResult") -> dict[str, object]:
             "valid_mm": list(curve.valid_mm),
         },
         "holdout": result.holdout or None,
+        "depth_error": _depth_error(result),
         "failed_gates": list(result.failed_gates),
         "alignment": alignment_as_dict(result.alignment),
         "epipolar_px": result.epipolar_px,
         "rows": list(result.row_lines),
         "calibration": None if use is None else use_as_dict(use),
         "times": None if result.times is None else asdict(result.times),
+    }
+
+
+def _depth_error(result: "SweepResult") -> dict[str, object] | None:
+    """Return the errors of the headline; None where nothing was held out."""
+    if not result.headline.errors:
+        return None
+    plane, pixels = result.headline.errors[0], result.headline.pixels
+    return {
+        "at_mm": plane.distance_mm,
+        "k": 2,
+        "board_plane_mm": plane.expanded_mm,
+        "pixel_median_mm": pixels[0].expanded_mm if pixels else None,
     }
 
 

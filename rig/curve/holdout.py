@@ -7,6 +7,8 @@ import numpy as np
 from scipy.special import stdtrit
 
 from rig.curve.curve import Curve
+from rig.curve.depth_error import DepthError
+from rig.curve.pixel_error import PixelSigma, pixel_errors
 from rig.curve.points import same_distance
 from rig.curve.residuals import Residual
 from rig.errors import CurveError
@@ -53,34 +55,26 @@ class HoldoutError:
 
 
 @dataclass(frozen=True, slots=True)
-class DepthError:
-    """Expanded uncertainty of depth at one distance."""
-
-    distance_mm: float
-    expanded_mm: float
-    """k = 2: about 95 % of depths measured like the held-out stops err by less."""
-
-    def __str__(self) -> str:
-        digits = ".0f" if self.expanded_mm >= 10 else ".2g"
-        return f"+-{self.expanded_mm:{digits}} mm at {self.distance_mm / 1000:.4g} m"
-
-
-@dataclass(frozen=True, slots=True)
 class Headline:
     """Range of validity and depth error of one calibrated rig, in one line."""
 
     valid_mm: tuple[float, float]
     errors: tuple[DepthError, ...]
-    """Empty where nothing was held out: an error that nobody measured is not quoted."""
+    """Of the plane through the whole board; empty where nothing was held out: an error that nobody
+    measured is not quoted."""
     distances: int
     """Held-out distances behind the errors."""
+    pixels: tuple[DepthError, ...] = ()
+    """Of the median pixel of a depth map, at the same distances; empty where it is unknown."""
 
     def __str__(self) -> str:
         near_mm, far_mm = self.valid_mm
         valid = f"valid {near_mm / 1000:.2f}-{far_mm / 1000:.2f} m"
         if not self.errors:
             return f"{valid}, depth error unknown (no held-out distance)"
-        quoted = ", ".join(map(str, self.errors))
+        quoted = f"board plane {', '.join(map(str, self.errors))}"
+        if self.pixels:
+            quoted += f", one pixel (median) {', '.join(map(str, self.pixels))}"
         plural = "" if self.distances == 1 else "s"
         return f"{valid}, {quoted}, k=2 ({self.distances} held-out distance{plural})"
 
@@ -117,7 +111,11 @@ def depth_errors(
 
 
 def headline(
-    curve: Curve, holdout: HoldoutError | None, at_mm: Sequence[float] | None = None
+    curve: Curve,
+    holdout: HoldoutError | None,
+    at_mm: Sequence[float] | None = None,
+    *,
+    pixels: Sequence[PixelSigma] = (),
 ) -> Headline:
     """Make the headline.
 
@@ -126,6 +124,7 @@ def headline(
         holdout: None where nothing was held out.
         at_mm: Where to quote the error; by default at 1 m, or at the far end of a curve that does
             not hold there, where the error is largest.
+        pixels: How well single pixels are known, as far as the sweep measured it.
 
     Raises:
         CurveError: a distance asked for lies outside the curve's range.
@@ -135,4 +134,5 @@ def headline(
         return Headline(curve.valid_mm, (), 0)
     if at_mm is None:
         at_mm = (USUAL_MM if near_mm <= USUAL_MM <= far_mm else far_mm,)
-    return Headline(curve.valid_mm, depth_errors(curve, holdout, at_mm), holdout.distances)
+    errors = depth_errors(curve, holdout, at_mm)
+    return Headline(curve.valid_mm, errors, holdout.distances, pixel_errors(curve, pixels, at_mm))

@@ -153,6 +153,7 @@ def measurement_value(row: MeasurementRow) -> Measurement:
         views=details.views,
         across_px=details.across_px,
         size_px=details.size_px,
+        dense_pixel_sigma_px=details.dense_pixel_sigma_px,
         failure=failure,
     )
 

@@ -25,6 +25,7 @@ class Details:
     outline_px: tuple[Point, ...] | None = None
     across_px: tuple[tuple[float, ...], ...] | None = None
     size_px: tuple[int, int] | None = None
+    dense_pixel_sigma_px: float | None = None
 
     @property
     def epipolar(self) -> EpipolarError | None:
@@ -50,6 +51,7 @@ def details_json(measurement: Measurement) -> dict[str, object]:
             outline_px=measurement.outline_px,
             across_px=measurement.across_px,
             size_px=measurement.size_px,
+            dense_pixel_sigma_px=measurement.dense_pixel_sigma_px,
         )
     )
     return {name: value for name, value in content.items() if value not in (None, [])}

@@ -30,6 +30,8 @@ class Label(IntEnum):
     """Beyond the focus distance (slope of 0 or below)."""
     OCCLUSION = 3
     """At an occlusion boundary: visible in some of the views only."""
+    FILLED = 4
+    """Not measured: a hole that was bridged, only where filling was asked for."""
 
 
 @dataclass(frozen=True, slots=True)

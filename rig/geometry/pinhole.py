@@ -1,7 +1,7 @@
 """The camera that a depth map is seen by: a pinhole, and how it stands to the reference camera."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -60,6 +60,37 @@ class Pinhole:
         )
         in_reference = rays @ self.common_from_reference
         return in_reference * (depth_mm / in_reference[..., 2])[..., None]
+
+    def cut(self, x_px: int, y_px: int, size_px: tuple[int, int]) -> "Pinhole":
+        """Return the camera of a part of its maps.
+
+        Args:
+            x_px: first column of the part.
+            y_px: its first row.
+            size_px: its width and height.
+        """
+        centre_x_px, centre_y_px = self.principal_point_px
+        return replace(
+            self,
+            width_px=size_px[0],
+            height_px=size_px[1],
+            principal_point_px=(centre_x_px - x_px, centre_y_px - y_px),
+        )
+
+    def decimated(self, factor: int) -> "Pinhole":
+        """Return the camera of maps whose pixels are squares of its own, `factor` px a side."""
+        middle_px = (factor - 1) / 2.0
+        centre_x_px, centre_y_px = self.principal_point_px
+        return replace(
+            self,
+            width_px=self.width_px // factor,
+            height_px=self.height_px // factor,
+            focal_px=self.focal_px / factor,
+            principal_point_px=(
+                (centre_x_px - middle_px) / factor,
+                (centre_y_px - middle_px) / factor,
+            ),
+        )
 
     def to_json(self) -> dict[str, object]:
         """Return what a reader of maps needs to turn pixels into rays of the reference camera."""

@@ -6,6 +6,7 @@ from pydantic import Field, model_validator
 
 from rig.profile.by_kind import CameraSection, StageSection
 from rig.profile.model import Model, NotNegative, Positive, Span
+from rig.profile.processing import ProcessingConfig
 from rig.profile.targets import TargetConfig
 from rig.profile.views import ViewConfig
 from rig.profile.world import WorldConfig
@@ -85,6 +86,8 @@ class Profile(Model):
     """The sweep; not needed for capture."""
     slopes: SlopeConfig
     """Search range of the dense estimator."""
+    processing: ProcessingConfig = ProcessingConfig()
+    """What captures do to slopes and depth once they are measured."""
     quality: QualityConfig = QualityConfig()
     """Limits of a good run."""
     world: WorldConfig | None = None

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from rig.curve import CurveFit, Headline, fit_curve, headline
+from rig.curve import CurveFit, Headline, PixelSigma, fit_curve, headline
 from rig.database import Store, software_versions
 from rig.epipolar.mending.row_errors import ROW_ERRORS_JSON, RowErrors
 from rig.errors import CurveError
@@ -164,13 +164,21 @@ def _result(
         stops=stops,
         fit=fit,
         curve_id=curve_id,
-        headline=headline(fit.best, fit.holdout),
+        headline=headline(fit.best, fit.holdout, pixels=_pixel_sigmas(stops)),
         gates=quality_gates(profile, fit.holdout, stops),
         alignment=evidence.alignment,
         calibration=evidence.calibration,
         row_errors=evidence.row_errors,
         views=tuple(view.name for view in profile.views),
         times=times,
+    )
+
+
+def _pixel_sigmas(stops: tuple[StopResult, ...]) -> tuple[PixelSigma, ...]:
+    return tuple(
+        PixelSigma(stop.point.distance_mm, stop.pixel_sigma_px)
+        for stop in stops
+        if stop.point is not None and stop.pixel_sigma_px is not None
     )
 
 

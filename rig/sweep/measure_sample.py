@@ -53,6 +53,7 @@ def measure_sample(profile: Profile, optics: Optics, images: GreyImage) -> Measu
         corner_sigma_px=slope.corner_sigma_px,
         dense_slope_px=None if dense is None else dense.slope_px,
         dense_sigma_px=None if dense is None else dense.sigma_px,
+        dense_pixel_sigma_px=None if dense is None else dense.pixel_sigma_px,
         corners_px=tuple(map(_points, slope.corners_px)),
         outline_px=_points(slope.outline_px),
         epipolar=slope.epipolar,

@@ -39,6 +39,8 @@ class StopResult:
     """1 sigma of `tilt` from the images' noise."""
     problem: str | None
     """Why there is no point, in words."""
+    pixel_sigma_px: float | None = None
+    """Mean over the samples of the median 1 sigma of one pixel in their dense maps."""
 
 
 def stop_results(
@@ -91,6 +93,7 @@ def _stop_result(
         tilt=_mean_pair([_tilt(m, optics) for m in good]),
         tilt_sigma=_tilt_sigma(good),
         problem=problem,
+        pixel_sigma_px=_mean([m.dense_pixel_sigma_px for m in good]),
     )
 
 

@@ -130,6 +130,7 @@ def _measurement(recipe: SweepRecipe, stop: Stop, rng: np.random.Generator) -> M
         corner_sigma_px=0.004,
         dense_slope_px=slope_px + 0.006 + 0.002 * float(rng.standard_normal()),
         dense_sigma_px=0.004,
+        dense_pixel_sigma_px=0.03,
         corners_px=tuple(map(_points, scene.corners() + 0.01 * rng.standard_normal((6, 9, 2)))),
         outline_px=_points(outline[:, :2] / outline[:, 2:]),
         track_residual_px=0.011,

@@ -20,11 +20,14 @@ from rig.cli.sweep_result import (
     use_lines,
 )
 from rig.cli.words import profile_names
+from rig.curve import DepthError, Headline
 from rig.sweep.alignment import Alignment, Angles
 from rig.sweep.take import SweepTimes
 from tests.support.command import Command
 
 SQUARE = Angles(0.0, 0.0, (0.01, 0.01))
+
+GOOD = Headline((400.0, 1200.0), (DepthError(1000.0, 0.1),), 3, (DepthError(1000.0, 1.8),))
 
 
 # --- output
@@ -229,7 +232,7 @@ def sweep_result(**changes: object) -> Any:
     )  # fmt: skip
     holdout = SimpleNamespace(rms_pct=0.01, rms_mm=0.1, max_pct=0.02, bias_pct=-0.005)
     plain: dict[str, object] = {
-        "rig": "sim", "headline": "good", "sweep_id": 5, "database": "db", "report": "r.html",
+        "rig": "sim", "headline": GOOD, "sweep_id": 5, "database": "db", "report": "r.html",
         "curve_id": 7, "fit": SimpleNamespace(best=curve, holdout=holdout, warnings=("odd",)),
         "stops": (), "holdout": {}, "failed_gates": (), "alignment": Alignment(None, None, False),
         "epipolar_px": {"mean": 0.1, "p95": 0.2, "max": 0.3}, "row_lines": ("rows: well",),
@@ -240,7 +243,7 @@ def sweep_result(**changes: object) -> Any:
 
 def test_a_sweep_is_told_with_its_most_important_line_first():
     assert result_lines(sweep_result()) == [
-        "sim: good",
+        f"sim: {GOOD}",
         "held-out distances: rms 0.0100 % (0.100 mm), largest 0.0200 %, bias -0.0050 %",
         "curve 7: physical, focus distance 700.00 +- 0.50 mm (k=2)",
         "epipolar error: mean 0.100 px, 95th percentile 0.200 px, largest 0.300 px",
@@ -264,6 +267,9 @@ def test_a_focus_that_is_not_known_lies_outside(lost: str):
 def test_a_sweep_for_programs():
     told = result_as_dict(sweep_result())
     assert told["holdout"] is None
+    assert told["depth_error"] == {
+        "at_mm": 1000.0, "k": 2, "board_plane_mm": 0.1, "pixel_median_mm": 1.8
+    }  # fmt: skip
     assert told["calibration"] is None
     assert told["times"] is None
     assert told["points"] == []

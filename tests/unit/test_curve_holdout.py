@@ -81,7 +81,7 @@ def test_headline_says_range_error_and_ground(fit: CurveFit) -> None:
     line = headline(fit.best, fit.holdout)
     assert line.valid_mm == (400.0, 1200.0)
     assert [e.distance_mm for e in line.errors] == [1000.0]
-    assert str(line).startswith("valid 0.40-1.20 m, +-")
+    assert str(line).startswith("valid 0.40-1.20 m, board plane +-")
     assert str(line).endswith(" mm at 1 m, k=2 (4 held-out distances)")
     two = headline(fit.best, fit.holdout, [500.0, 1200.0])
     assert [e.distance_mm for e in two.errors] == [500.0, 1200.0]
@@ -92,7 +92,8 @@ def test_headline_text() -> None:
     errors = (DepthError(1000.0, 0.9), DepthError(2500.0, 12.34))
     line = Headline((400.0, 2500.0), errors, distances=1)
     assert str(line) == (
-        "valid 0.40-2.50 m, +-0.9 mm at 1 m, +-12 mm at 2.5 m, k=2 (1 held-out distance)"
+        "valid 0.40-2.50 m, board plane +-0.9 mm at 1 m, +-12 mm at 2.5 m, k=2 "
+        "(1 held-out distance)"
     )
 
 

@@ -37,6 +37,8 @@ class DenseBoardSlope:
     """1 sigma, from the scatter of blocks about the plane."""
     pixels: int
     """Pixels of the board with a slope."""
+    pixel_sigma_px: float
+    """Median 1 sigma of one of them."""
 
 
 def plane_prior(slope: BoardSlope, shape: tuple[int, int]) -> SlopePrior:
@@ -125,7 +127,9 @@ def dense_board_slope(slopes: SlopeMap, board: BoardSlope) -> DenseBoardSlope:
     summed = np.stack([np.bincount(block, line) for line in score])
     bread = np.linalg.inv((design * rate) @ design.T)
     variance = (bread @ (summed @ summed.T) @ bread)[0, 0]
-    return DenseBoardSlope(float(plane[0]), float(np.sqrt(variance)), int(row.size))
+    return DenseBoardSlope(
+        float(plane[0]), float(np.sqrt(variance)), int(row.size), float(np.median(sigma))
+    )
 
 
 def _inside(slope: BoardSlope, shape: tuple[int, ...]) -> NDArray[np.bool_]:

@@ -178,6 +178,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Store]:
         centre_px=st.none() | st.tuples(finite, finite),
         corner_slope_px=maybe,
         dense_sigma_px=maybe,
+        dense_pixel_sigma_px=maybe,
         failure=st.none() | st.builds(Failure, reason=st.just("blur"), message=st.just("too soft")),
         plane_sigma=st.none() | st.tuples(finite, finite, finite),
         corners_px=st.none() | st.lists(points, min_size=1).map(tuple),
