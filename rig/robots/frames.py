@@ -38,7 +38,8 @@ class RobotFrames:
             ConfigError: names of the views fit no topics.
         """
         if self._kept is None:
-            scene = scene_of(self._run, frame.pinhole)
+            picture = frame.views.frames[self._run.profile.reference].image
+            scene = scene_of(self._run, picture.shape, frame.pinhole)
             self._kept = scene, DepthForRobots(frame.pinhole, points=self._points)
         scene, depth = self._kept
         if frame.depth is None:

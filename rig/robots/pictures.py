@@ -34,16 +34,19 @@ class RectifiedPictures:
             self._maps = [_map_of(rectification, view) for view in views]
 
     def of(self, frame: DepthFrame) -> Mapping[str, GreyImage]:
-        """Return one picture for every view, by its name; the reference is `frame.image`."""
+        """Return one picture for every view, by its name."""
         taken = frame.views.frames
         if not self._maps:
             return {one.view: one.image for one in taken}
         return {
-            one.view: frame.image if view == self._reference else self._rectified(view, one.image)
+            one.view: self._rectified(view, one.image, frame.image)
             for view, one in enumerate(taken)
         }
 
-    def _rectified(self, view: int, image: GreyImage) -> GreyImage:
+    def _rectified(self, view: int, image: GreyImage, reference: GreyImage) -> GreyImage:
+        """Of the reference view there is one already, unless depth maps are smaller."""
+        if view == self._reference and reference.shape == self._maps[view][0].shape:
+            return reference
         columns, rows = self._maps[view]
         return cast("GreyImage", cv2.remap(image, columns, rows, cv2.INTER_LINEAR))
 

@@ -17,6 +17,7 @@ from rig.errors import ConfigError
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pinhole import Pinhole
 from rig.geometry.rectification import Rectification
+from rig.live.measure import pinhole_of
 from rig.optics.calibrated import CalibratedOptics
 from rig.recording import CameraInfo, FrameTransform, Scene
 from rig.stored import Run
@@ -38,11 +39,12 @@ def optical_frame(view: str) -> str:
     return f"{robot_name(view)}_optical_frame"
 
 
-def scene_of(run: Run, pinhole: Pinhole | None) -> Scene:
+def scene_of(run: Run, picture_shape: tuple[int, ...], pinhole: Pinhole | None) -> Scene:
     """Return cameras, frames and places of a rig.
 
     Args:
         run: the rig; without a calibration views stand where the profile has them.
+        picture_shape: (H, W) of its pictures; depth maps may be smaller.
         pinhole: that its depth maps are seen by; None where nothing tells the focal length, and
             then there are no cameras.
 
@@ -64,7 +66,8 @@ def scene_of(run: Run, pinhole: Pinhole | None) -> Scene:
     else:
         steps = np.column_stack([optics.x_steps, optics.y_steps, np.zeros(len(views))])
         places_mm = steps * run.profile.pitch_mm
-        infos = [] if pinhole is None else [_nominal(run, pinhole, place) for place in steps]
+        whole = None if pinhole is None else pinhole_of(run, picture_shape)
+        infos = [] if whole is None else [_nominal(run, whole, place) for place in steps]
     return Scene(
         frame_of=frame_of,
         reference=views[run.profile.reference],

@@ -146,7 +146,7 @@ def test_transforms_wait_for_who_subscribes_later(recorded: tuple[Path, list[Dep
 
 
 def test_a_calibrated_rig_names_its_lenses_and_rectifies_its_pictures():
-    scene = scene_of(run(), optics().rectification.pinhole)
+    scene = scene_of(run(), (100, 160), optics().rectification.pinhole)
     messages = Ros2Messages()
     picture = np.zeros((100, 160), np.uint8)
     found = {
@@ -168,7 +168,7 @@ def test_a_calibrated_rig_names_its_lenses_and_rectifies_its_pictures():
 
 
 def test_without_a_focal_length_cameras_are_marked_as_not_calibrated():
-    bare = scene_of(run(), None)
+    bare = scene_of(run(), (100, 160), None)
     bare.cameras.clear()
     messages = Ros2Messages()
     depth = DepthForRobots(None, points=True).of(
@@ -223,6 +223,8 @@ def test_pictures_are_rectified_as_the_calibration_says():
     frame = of_views(taken, frames, rectification.pinhole)
     found = RectifiedPictures(run()).of(frame)
     assert found["centre"] is frame.image
+    smaller = RectifiedPictures(run()).of(replace(frame, image=frame.image[::2, ::2]))
+    assert smaller["centre"].shape == (100, 160)
     for view, name in enumerate(geometry().names[1:], start=1):
         source = rectification.raw_map_px(view)
         inside = ((source > 1.0) & (source < (158.0, 98.0))).all(axis=-1)

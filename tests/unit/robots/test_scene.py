@@ -34,7 +34,7 @@ def optical_from_base(transform: FrameTransform, points_m: Float) -> Float:
 
 def test_projection_matrices_hit_the_pixels_of_the_rectified_views():
     rectification = optics().rectification
-    scene = scene_of(run(), rectification.pinhole)
+    scene = scene_of(run(), (100, 160), rectification.pinhole)
     common_m = POINTS_MM @ rectification.common_from_reference.T / 1000.0
     for view, name in enumerate(geometry().names):
         raw_px = geometry().project(view, POINTS_MM)
@@ -47,7 +47,7 @@ def test_projection_matrices_hit_the_pixels_of_the_rectified_views():
 
 def test_transforms_with_matrices_hit_the_pixels_exactly():
     rectification = optics().rectification
-    scene = scene_of(run(), rectification.pinhole)
+    scene = scene_of(run(), (100, 160), rectification.pinhole)
     common_m = POINTS_MM @ rectification.common_from_reference.T / 1000.0
     base_m = common_m[:, [2, 0, 1]] * (1, -1, -1)  # x forward, y left, z up
     by_child = {transform.child: transform for transform in scene.transforms}
@@ -62,7 +62,7 @@ def test_transforms_with_matrices_hit_the_pixels_exactly():
 
 
 def test_raw_cameras_are_those_of_the_calibration():
-    scene = scene_of(run(), optics().rectification.pinhole)
+    scene = scene_of(run(), (100, 160), optics().rectification.pinhole)
     for view, (name, lens) in enumerate(zip(geometry().names, LENSES, strict=True)):
         camera, info = geometry().cameras[view], scene.cameras[name]
         assert (info.lens, info.coefficients) == (lens, camera.coefficients)
@@ -128,7 +128,7 @@ def test_a_curve_alone_tells_the_cameras_of_views_that_converge():
     nominal = nominal_run()
     assert nominal.curve is not None
     law = nominal.curve.curve
-    scene = scene_of(nominal, pinhole_of(nominal, (100, 160)))
+    scene = scene_of(nominal, (100, 160), pinhole_of(nominal, (100, 160)))
     assert scene.depth_camera is not None
     focal_px = law.params["a_px_mm"] / 40.0
     z0_mm = law.params["z0_mm"]
@@ -147,8 +147,18 @@ def test_a_curve_alone_tells_the_cameras_of_views_that_converge():
     assert scene.cameras["bottom"].projection[1, 3] == pytest.approx(-focal_px * 1.08 * 0.04)
 
 
+def test_maps_that_are_smaller_than_the_pictures_have_a_camera_of_their_own():
+    nominal = nominal_run()
+    scene = scene_of(nominal, (100, 160), pinhole_of(nominal, (50, 80)))
+    assert scene.depth_camera is not None
+    assert (scene.depth_camera.width_px, scene.depth_camera.height_px) == (80, 50)
+    assert scene.depth_camera.matrix[:2, 2].tolist() == [39.5, 24.5]
+    assert (scene.cameras["centre"].width_px, scene.cameras["centre"].height_px) == (160, 100)
+    assert scene.cameras["centre"].matrix[:2, 2].tolist() == [79.5, 49.5]
+
+
 def test_without_a_focal_length_there_are_frames_and_no_cameras():
-    scene = scene_of(Run(profile(), nominal_optics(profile())), None)
+    scene = scene_of(Run(profile(), nominal_optics(profile())), (100, 160), None)
     assert scene.cameras == {}
     assert scene.depth_camera is None
     assert len(scene.transforms) == 5
@@ -164,4 +174,4 @@ def test_names_of_views_become_names_of_topics():
     views = [ViewConfig(name=name, x_steps=i, y_steps=0.0) for i, name in enumerate(("a-b", "a_b"))]
     twice = profile().model_copy(update={"views": views})
     with pytest.raises(ConfigError, match="a-b, a_b have the same name in topics"):
-        scene_of(Run(twice, nominal_optics(twice)), None)
+        scene_of(Run(twice, nominal_optics(twice)), (100, 160), None)
