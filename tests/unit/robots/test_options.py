@@ -19,10 +19,10 @@ SHORT = ("capture", str(PROFILE), "--slopes-only", "--frames", "1")
         (("--as", "ros2"), "give --record FILE.mcap as well"),
         (("--as", "ros1", "--record", "r.mcap"), "choose one of foxglove, ros2"),
         (("--serve-port", "1"), "go with --serve foxglove"),
-        (("--serve-host", "0.0.0.0"), "go with --serve foxglove"),
+        (("--serve-host", "192.0.2.1"), "go with --serve foxglove"),
         (("--points",), "--points goes with --record or --serve"),
         (("--serve", "rerun"), "choose one of foxglove"),
-        (("--serve", "foxglove", "--serve-port", "65536"), "65536"),
+        (("--serve", "foxglove", "--serve-port", "65536"), "must be at most 65535"),
     ],
 )
 def test_options_without_what_they_belong_to_are_told(
