@@ -34,7 +34,7 @@ class DepthForRobots:
         if not np.array_equal(forward, ones):
             self._m_per_mm = (1e-3 / forward).astype(np.float32)
         if points:
-            self._rays = rays[..., :2].reshape(-1, 2).astype(np.float32)
+            self._rays = np.ascontiguousarray(rays[..., :2].reshape(-1, 2).T, np.float32)
 
     def of(
         self,
@@ -51,14 +51,14 @@ class DepthForRobots:
 def _cloud(
     rays: NDArray[np.float32], depth_m: NDArray[np.float32], sigma_m: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Points (N, 4) of the known pixels: x, y, z, sigma; rays (H * W, 2) are x / z and y / z."""
-    known = np.flatnonzero(np.isfinite(depth_m))
-    points = np.empty((len(known), 4), np.float32)
-    z_m = depth_m.ravel().take(known)
-    np.multiply(rays.take(known, axis=0), z_m[:, None], out=points[:, :2])
+    """Points (N, 4) of the known pixels: x, y, z, sigma; rays (2, H * W) are x / z and y / z."""
+    z_m = depth_m.ravel()
+    points = np.empty((len(z_m), 4), np.float32)
+    np.multiply(rays[0], z_m, out=points[:, 0])
+    np.multiply(rays[1], z_m, out=points[:, 1])
     points[:, 2] = z_m
-    points[:, 3] = sigma_m.ravel().take(known)
-    return points
+    points[:, 3] = sigma_m.ravel()
+    return np.compress(np.isfinite(z_m), points, axis=0)
 
 
 def whole_mm(depth_m: NDArray[np.float32]) -> NDArray[np.uint16]:

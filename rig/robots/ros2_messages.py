@@ -171,7 +171,7 @@ class Ros2Messages:
             )
             for place, name in enumerate(("x", "y", "z", "sigma"))
         ]
-        message = self._types[_CLOUD](
+        empty = self._types[_CLOUD](
             header=self._header(frame_id, time_ns),
             height=1,
             width=count,
@@ -179,10 +179,14 @@ class Ros2Messages:
             is_bigendian=False,
             point_step=16,
             row_step=16 * count,
-            data=np.ascontiguousarray(points, "<f4").view(np.uint8).ravel(),
+            data=np.zeros(0, np.uint8),
             is_dense=True,
         )
-        return Ros2Message(topic, _CLOUD, (self._cdr(message, _CLOUD),))
+        data = np.ascontiguousarray(points, "<f4").view(np.uint8).ravel().data
+        # Behind the data there is one byte more: whether the cloud is dense.
+        whole = self._cdr(empty, _CLOUD)
+        head, dense = whole[:-5] + struct.pack("<I", len(data)), whole[-1:]
+        return Ros2Message(topic, _CLOUD, (head, data, dense))
 
     def _transform(self, transform: FrameTransform, time_ns: int) -> Any:
         x, y, z = transform.translation_m
