@@ -118,11 +118,16 @@ class OutputThread:
             self._is_ending = True
             self._news.notify_all()
 
+    def wait(self) -> None:
+        """Wait until it has ended, or is given up."""
+        with self._news:
+            self._wait_until(lambda: self._is_done)
+
     def finish(self) -> OutputSummary:
         """End it, wait for that, and say what it did."""
         self.end()
+        self.wait()
         with self._news:
-            self._wait_until(lambda: self._is_done)
             self._require_sound()
         return self.summary
 

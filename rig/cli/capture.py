@@ -122,7 +122,7 @@ def capture(
         outputs=served(serve, serve_host, serve_port, points=points),
     )
     with ProgressLine(frames) as progress:
-        summary = capture_on_rig(profile, choice, request, progress.report, tell)
+        summary = capture_on_rig(profile, choice, request, progress.report, progress.tell)
     if as_json:
         show_json(_as_dict(summary))
     else:

@@ -178,7 +178,7 @@ class TakingThread:
         return not self._waits and not is_recent
 
     @contextmanager
-    def paused(self, timeout_s: float) -> Iterator[bool]:
+    def paused(self, timeout_s: float) -> Generator[bool]:
         """See `Taking.paused`; waits for the multi-view that is being taken."""
         self._is_free.clear()
         came_free = False
