@@ -63,6 +63,16 @@ def _largest_surface(slope_px: NDArray[np.generic], jump_px: float) -> Mask:
 
     The nearer one where two are as large.
     """
+    members = np.isfinite(slope_px)
+    highest = np.where(members, slope_px, -np.inf).max(axis=-1)
+    lowest = np.where(members, slope_px, np.inf).min(axis=-1)
+    has_jump = highest - lowest > jump_px
+    members[has_jump] = _largest_part(slope_px[has_jump], jump_px)
+    return members
+
+
+def _largest_part(slope_px: NDArray[np.generic], jump_px: float) -> Mask:
+    """See `_largest_surface`, of some squares (N, n)."""
     order = np.argsort(slope_px, axis=-1)  # NaN comes last
     ranked = np.take_along_axis(slope_px, order, axis=-1).astype(np.float64)
     known = np.isfinite(ranked)
