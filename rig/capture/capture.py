@@ -11,7 +11,7 @@ from rig.capture.folder import PICTURE, CaptureFolder
 from rig.capture.output import WantedOutput
 from rig.capture.output_thread import OutputSummary
 from rig.capture.outputs import Outputs, open_outputs
-from rig.capture.recording import CaptureRecording
+from rig.capture.recording import RECORDINGS
 from rig.capture.spread import Spread
 from rig.capture.tally import CaptureTally, in_words
 from rig.errors import RigError
@@ -34,6 +34,10 @@ class CaptureRequest:
     """Where maps go; None writes nothing."""
     recording: Path | None = None
     """New MCAP file for all multi-views that are measured; None records nothing."""
+    recorded_as: str = "foxglove"
+    """What the recording is, see `rig.capture.recording.RECORDINGS`."""
+    points: bool = False
+    """Whether to record the cloud as well."""
     outputs: tuple[WantedOutput, ...] = ()
     """What else takes the depth: a page, topics, files of other programs."""
 
@@ -163,7 +167,10 @@ def _wanted(request: CaptureRequest) -> Iterator[WantedOutput]:
     """Yield all outputs of a request; what may not be overwritten first."""
     recording, folder = request.recording, request.folder
     if recording is not None:
-        yield WantedOutput(lambda camera: CaptureRecording(recording, camera), is_kept=True)
+        yield WantedOutput(
+            lambda camera: RECORDINGS[request.recorded_as](recording, camera, request.points),
+            is_kept=True,
+        )
     yield from request.outputs
     if folder is not None:
         yield WantedOutput(lambda camera: CaptureFolder(folder, camera.run), is_kept=True)

@@ -23,6 +23,15 @@ from rig.cli.options import (
     ProfileName,
     finite,
 )
+from rig.cli.robot_options import (
+    Points,
+    RecordAs,
+    Serve,
+    ServeHost,
+    ServePort,
+    require_consistent,
+    served,
+)
 
 if TYPE_CHECKING:
     from rig.capture.capture import CaptureSummary
@@ -60,11 +69,16 @@ def capture(
         typer.Option(
             "--record",
             metavar="FILE.mcap",
-            help="Record all multi-views into this new file; a profile with "
+            help="Record all multi-views and their depth into this new file; a profile with "
             'camera.kind = "recording" plays it back.',
             show_default=False,
         ),
     ] = None,
+    record_as: RecordAs = None,
+    points: Points = False,
+    serve: Serve = None,
+    serve_host: ServeHost = None,
+    serve_port: ServePort = None,
     temporal: TemporalFrames = None,
     roi: RegionOfInterest = None,
     fill: FillHoles = None,
@@ -81,6 +95,13 @@ def capture(
     """
     if slopes_only and curve_id is not None:
         raise typer.BadParameter("--slopes-only uses no --curve")
+    require_consistent(
+        is_recorded=record is not None,
+        record_as=record_as,
+        serve=serve,
+        where=serve_host is not None or serve_port is not None,
+        points=points,
+    )
     from rig.capture.capture import CaptureRequest
     from rig.capture.on_rig import capture_on_rig
     from rig.cli.output import show_json, tell
@@ -91,7 +112,15 @@ def capture(
     processing = processing_overrides(temporal, roi, fill, decimate)
     profile = load_profile(profile_name, [*(overrides or ()), *processing])
     choice = RunChoice(database, calibration, curve_choice(curve_id, slopes_only=slopes_only))
-    request = CaptureRequest(frames=frames, duration_s=seconds, folder=out, recording=record)
+    request = CaptureRequest(
+        frames=frames,
+        duration_s=seconds,
+        folder=out,
+        recording=record,
+        recorded_as=record_as or "foxglove",
+        points=points,
+        outputs=served(serve, serve_host, serve_port, points=points),
+    )
     with ProgressLine(frames) as progress:
         summary = capture_on_rig(profile, choice, request, progress.report, progress.tell)
     if as_json:

@@ -4,6 +4,9 @@ from typing import Any
 
 import typer
 
+_LONGEST = 60
+"""Of a list of names in the margin of a help of 80 columns."""
+
 
 def choice_of(option: str, names: tuple[str, ...], text: str) -> Any:
     """Return an option that takes one of some names; another one is a usage error."""
@@ -16,9 +19,12 @@ def choice_of(option: str, names: tuple[str, ...], text: str) -> Any:
     def matching(incomplete: str) -> list[str]:
         return [name for name in names if name.startswith(incomplete)]
 
+    metavar = f"[{'|'.join(names)}]"
+    if len(metavar) > _LONGEST:
+        metavar, text = "FORMAT", f"{text} One of {', '.join(names)}."
     return typer.Option(
         option,
-        metavar=f"[{'|'.join(names)}]",
+        metavar=metavar,
         help=text,
         parser=known,
         autocompletion=matching,

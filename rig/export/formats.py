@@ -118,6 +118,7 @@ FORMATS: Mapping[str, Format] = {
         Format("npz", "capture", capture="npz:NpzExport"),
         Format("tiff", "capture", capture="tiff:TiffExport"),
         Format("pcd", "capture", capture="pcd:PcdExport"),
+        Format("rosbag2", "capture", capture="rosbag2:Rosbag2Export"),
     )
 }
 

@@ -52,11 +52,6 @@ def write(geometry: RigGeometry, folder: Path) -> None:
     pitch_mm = float(np.linalg.norm(geometry.centres_mm(), axis=1).max())
     common = rectify(geometry, pitch_mm)
     for view, (name, camera) in enumerate(zip(geometry.names, geometry.cameras, strict=True)):
-        place_m = pitch_mm / 1000.0 * np.array([common.x_steps[view], common.y_steps[view]])
-        pinhole = common.view_camera(view)
-        projection = np.zeros((3, 4))
-        projection[:, :3] = pinhole.matrix
-        projection[:2, 3] = -pinhole.fx_px * place_m
         content: dict[str, object] = {
             "image_width": camera.width_px,
             "image_height": camera.height_px,
@@ -65,7 +60,7 @@ def write(geometry: RigGeometry, folder: Path) -> None:
             "distortion_model": _MODEL_OF[camera.lens],
             "distortion_coefficients": _matrix(np.array([camera.coefficients or (0.0,) * 5])),
             "rectification_matrix": _matrix(common.camera_from_common(view).T),
-            "projection_matrix": _matrix(projection),
+            "projection_matrix": _matrix(common.projection_m(view)),
         }
         _write(folder / f"{name}.yaml", content)
     reference = geometry.names[geometry.reference]

@@ -181,6 +181,23 @@ class Rectification:
         cx_px, cy_px = self._principal_px(view).tolist()
         return replace(self.camera, fx_px=focal_px, fy_px=focal_px, cx_px=cx_px, cy_px=cy_px)
 
+    @property
+    def places_mm(self) -> Float:
+        """(V, 3) optical centres in the common frame, from that of the reference camera."""
+        forward = self.z_steps * self.camera.fx_px
+        return np.stack([self.x_steps, self.y_steps, forward], axis=1) * self.pitch_mm
+
+    def projection_m(self, view: int) -> Float:
+        """(3, 4) projection of points (m) of the common frame into a rectified view.
+
+        Its last column has no room for what a view stands before or behind the others.
+        """
+        pinhole = self.view_camera(view)
+        projection = np.zeros((3, 4))
+        projection[:, :3] = pinhole.matrix
+        projection[:2, 3] = 0.0 - pinhole.fx_px * self.places_mm[view, :2] / 1000.0
+        return projection
+
 
 def rectify(geometry: RigGeometry, pitch_mm: float) -> Rectification:
     """Choose the common frame of a rig.

@@ -36,7 +36,7 @@ class CapturedFrame:
     timestamp_s: float
     """Middle of the exposure on the clock of the camera's host."""
     time_ns: int | None
-    """The same by the wall clock, UTC; None where it was not written."""
+    """The same by the wall clock, UTC; None in captures of old, which hold none."""
     views: MultiView | None
     """The pictures; None for a folder."""
     facts: dict[str, Any]
@@ -247,5 +247,6 @@ def _pinhole(path: Path) -> Pinhole | None:
 
 
 def _of_recording(path: Path) -> Iterator[CapturedFrame]:
-    for index, views in enumerate(recorded(path)):
-        yield CapturedFrame(index, views.timestamp_s, None, views, {}, path)
+    for index, found in enumerate(recorded(path)):
+        taken_s = found.views.timestamp_s
+        yield CapturedFrame(index, taken_s, found.time_ns, found.views, {}, path)

@@ -57,7 +57,7 @@ def make_recording(folder: Path) -> CameraCase:
         file = folder / "four.mcap"
         with RecordingWriter(file, camera.views, camera.identity) as recording:
             for _ in range(4):
-                recording.write(camera.grab(1.0))
+                recording.write(camera.grab(1.0), time_ns=0)
     config = RecordingCameraConfig(kind="recording", file=str(file))
     clock = SystemClock()
     return CameraCase(ReplayCamera(config, rig.profile.views, clock), clock, 4)

@@ -1,6 +1,6 @@
 """A recording as a camera: every stored multi-view once, in order."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from rig.devices import Clock
 from rig.errors import DeviceLostError, DeviceNotFoundError, StoreError
 from rig.frames import MultiView
 from rig.profile import RecordingCameraConfig, ViewConfig
-from rig.recording import recorded, recorded_views
+from rig.recording import Recorded, recorded, recorded_views
 from rig_drivers.stored.camera import StoredCamera
 
 _NAME = "camera recording"
@@ -30,7 +30,7 @@ class ReplayCamera(StoredCamera):
     ) -> None:
         super().__init__(_NAME, Path(config.file), views)
         self._clock = clock
-        self._left: Iterator[MultiView] = iter(())
+        self._left: Iterator[Recorded] = iter(())
 
     @property
     def identity(self) -> Mapping[str, str]:
@@ -52,6 +52,8 @@ class ReplayCamera(StoredCamera):
         self._left = recorded(self._place)
 
     def _close(self) -> None:
+        if isinstance(self._left, Generator):
+            self._left.close()  # and with it the file
         self._left = iter(())
 
     def _read(self, number: int) -> MultiView | None:
@@ -59,7 +61,7 @@ class ReplayCamera(StoredCamera):
             stored = next(self._left, None)
         except StoreError as error:
             raise DeviceLostError(_NAME, error.found, advice=error.advice) from error
-        return None if stored is None else self._of_the_present(stored)
+        return None if stored is None else self._of_the_present(stored.views)
 
     def _of_the_present(self, stored: MultiView) -> MultiView:
         later_s = self._clock.now_s() - min(frame.began_s for frame in stored.frames)

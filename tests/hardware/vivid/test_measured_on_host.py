@@ -28,9 +28,9 @@ def test_the_sweep_over_v4l2_cameras_makes_a_curve_that_keeps_its_gates(
             devices={},
         )
         taken = list(recorded(guest_results / "sweep.mcap"))
-        for (stop, number, reached_mm), multiview in zip(told["samples"], taken, strict=True):
+        for (stop, number, reached_mm), found in zip(told["samples"], taken, strict=True):
             store.add_sample(
-                sweep_id, stop=stop, number=number, reached_mm=reached_mm, multiview=multiview
+                sweep_id, stop=stop, number=number, reached_mm=reached_mm, multiview=found.views
             )
         store.finish_sweep(sweep_id, "finished")
     answer = rig("fit", str(sweep_id), "--db", url, "--json")

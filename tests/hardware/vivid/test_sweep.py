@@ -7,6 +7,7 @@ The host rendered what the cameras see; it stores and measures what they gave
 import json
 import queue
 import threading
+import time
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -98,7 +99,7 @@ def test_every_sample_of_a_sweep_comes_through_the_kernel_as_it_was_rendered():
                 assert any(np.array_equal(frame.image, picture) for picture in shown), (
                     f"{frame.view} at {new.stop.distance_mm} mm is no picture of this stop"
                 )
-            recording.write(new.multiview)
+            recording.write(new.multiview, time.time_ns())
             samples.append((new.stop.index, new.sample, new.reached_mm))
     assert [stop for stop, _, _ in samples] == [i for i in range(len(halts)) for _ in range(2)]
     told = {"profile": profile.model_dump(mode="json"), "samples": samples}

@@ -40,7 +40,8 @@ def recorded_rig(file: Path, poses: tuple[BoardScene, ...]) -> Profile:
                         Frame(view.name, drawn(scene, number, view.x_steps, view.y_steps), 1.0, 1)
                         for view in views
                     )
-                )
+                ),
+                time_ns=number,
             )
     camera = RecordingCameraConfig(kind="recording", file=str(file))
     changes = {"views": views, "camera": camera, "stage": None, "world": None}
