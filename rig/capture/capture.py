@@ -18,6 +18,7 @@ from rig.live.frame import DepthFrame
 from rig.profile import Profile
 from rig.progress import Progress
 from rig.recording import RecordingWriter
+from rig.stored import RunCurve
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +61,7 @@ class Spread:
 class CaptureSummary:
     """What a capture did."""
 
-    curve_id: int | None
+    curve: RunCurve | None
     """None where slopes were measured only."""
     frames: int
     frames_per_s: float
@@ -119,7 +120,7 @@ def capture_depth(
         if folder is not None and last is not None:
             picture = write_picture(folder.folder / "last_frame.png", last, run.profile.reference)
     return CaptureSummary(
-        curve_id=None if run.curve is None else run.curve.id,
+        curve=run.curve,
         frames=len(tally.latencies_s),
         frames_per_s=len(tally.latencies_s) / took_s if took_s > 0.0 else 0.0,
         latency_s=Spread.of(tally.latencies_s),

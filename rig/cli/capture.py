@@ -79,7 +79,7 @@ def capture(
     choice = RunChoice(database, calibration, curve_choice(curve_id, slopes_only=slopes_only))
     request = CaptureRequest(frames=frames, duration_s=seconds, folder=out, recording=record)
     with ProgressLine(frames) as progress:
-        summary = capture_on_rig(profile, choice, request, progress.report)
+        summary = capture_on_rig(profile, choice, request, progress.report, tell)
     if as_json:
         show_json(_as_dict(summary))
     else:
@@ -95,6 +95,7 @@ def _as_dict(summary: "CaptureSummary") -> dict[str, object]:
     latency_s, skew_s = summary.latency_s, summary.skew_s
     return {
         "frames": summary.frames,
+        "curve": None if summary.curve is None else summary.curve.as_dict(),
         "fps": summary.frames_per_s,
         "latency_ms": {"p50": 1e3 * latency_s.median, "p95": 1e3 * latency_s.p95},
         "dropped": sum(summary.dropped.values()),
@@ -112,7 +113,7 @@ def _as_dict(summary: "CaptureSummary") -> dict[str, object]:
 def _show(summary: "CaptureSummary") -> None:
     from rig.cli.output import show
 
-    what = "slopes" if summary.curve_id is None else f"depth (curve {summary.curve_id})"
+    what = "slopes" if summary.curve is None else f"depth ({summary.curve.title})"
     show(
         f"{summary.frames} multi-views, {what}: {summary.frames_per_s:.1f} per s, "
         f"latency {1e3 * summary.latency_s.median:.0f} ms median, "

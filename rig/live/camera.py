@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
 
+from rig.calibration_alone import completed_run
 from rig.devices import Camera, Clock
 from rig.errors import CameraUseError, ViewSkewError
 from rig.frames import MultiView
@@ -49,7 +50,7 @@ class DepthCamera:
         utc_ns: Callable[[], int] = time.time_ns,
     ) -> None:
         self.run = run
-        """Profile, optics and curve that are used."""
+        """Profile, optics and curve that are used; once open, with what the device knows itself."""
         self._door = door
         self._utc_ns = utc_ns
         self._name = f"rig {run.profile.name}"
@@ -68,7 +69,9 @@ class DepthCamera:
 
         Raises:
             CameraUseError: it is or was open.
+            ConfigError: nothing tells which slopes the distances of the profile are.
             DeviceError: the device is not there or does not answer.
+            StoreError: nothing is stored that tells depth, and the device holds no calibration.
         """
         with self._used():
             if self._was_opened or self._closing.is_set():
@@ -77,6 +80,12 @@ class DepthCamera:
                     self._name, f"asked to open it, but it {state}", advice="call rig.open again"
                 )
             device, clock = self._stack.enter_context(self._door())
+            try:
+                self.run = completed_run(self.run, device)
+                meter = DepthMeter(self.run)
+            except BaseException:
+                self._stack.close()
+                raise
             self._was_opened = True
             reopening = Reopening(
                 device,
@@ -84,7 +93,7 @@ class DepthCamera:
                 reconnect_s=self._reconnect_s,
                 is_over=self._closing.is_set,
             )
-            self._opened = _Opened(device, clock, reopening, DepthMeter(self.run))
+            self._opened = _Opened(device, clock, reopening, meter)
         return self
 
     def __exit__(
