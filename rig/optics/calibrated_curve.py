@@ -22,6 +22,9 @@ _NEAREST, _FARTHEST_PX = 0.3, 2.0
 """The outermost view shifts by this part of the width at the nearest distance, and by so many px at
 the farthest: nearer it sees little of what the others see, farther everything is one distance."""
 _DISTANCES, _FINE = 9, 2001
+_LEAST = 0.1
+"""Part of the mean variance that every place has in its weight: where errors happen to cancel, they
+must not count for more than all others."""
 
 
 def curve_of_calibration(
@@ -57,7 +60,7 @@ def curve_of_calibration(
     of_law = _covariance_of_law(law, distances_mm, moves[:, 0], covariance)
     variance_px2 = np.einsum("kgp,pq,kgq->kg", moves, covariance, moves)
     places_px = rectification.rectified_px(geometry.reference, pixels)
-    beyond_px2 = variance_px2[:, 1:] - _variance_px2(law, distances_mm, of_law)[:, None]
+    on_axis_px2 = _variance_px2(law, distances_mm, of_law)
     return Curve(
         law,
         _rows(of_law),
@@ -66,7 +69,7 @@ def curve_of_calibration(
         FieldTerm(
             (float(places_px[0, 0]), float(places_px[0, 1])),
             (0.0, 0.0),
-            _covariance_of_field(places_px[1:] - places_px[0], beyond_px2),
+            _covariance_of_field(places_px[1:] - places_px[0], variance_px2[:, 1:], on_axis_px2),
         ),
     )
 
@@ -89,23 +92,28 @@ def _covariance_of_law(
 
 
 def _covariance_of_field(
-    away_px: Float, beyond_px2: Float
+    away_px: Float, variance_px2: Float, on_axis_px2: Float
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Of a slope that is linear in the pixel, by the variance that it has to add on average.
+    """Of a slope that is linear in the pixel, by the variance that it has to add to the axis'.
+
+    Least squares of the sum relative to the variances, so that every place and distance counts
+    about alike.
 
     Args:
         away_px: (G, 2) from the axis.
-        beyond_px2: (K, G) variance beyond that on the axis; NaN where no two views look.
+        variance_px2: (K, G) by distance and place; NaN where no two views look.
+        on_axis_px2: (K,) of the law alone.
     """
-    known = np.isfinite(beyond_px2)
-    seen = known.any(axis=0)
-    count = np.maximum(known.sum(axis=0), 1)
-    mean_px2 = np.where(known, beyond_px2, 0.0).sum(axis=0) / count
-    x, y = away_px[seen].T
-    forms = np.column_stack([x * x, 2.0 * x * y, y * y])
-    xx, xy, yy = np.linalg.lstsq(forms, mean_px2[seen])[0].tolist()
+    x, y = away_px.T
+    least_px2 = _LEAST * np.nanmean(variance_px2, axis=1, keepdims=True)
+    weight = 1.0 / (variance_px2 + np.where(least_px2 > 0.0, least_px2, 1.0))
+    forms = np.stack([x * x, 2.0 * x * y, y * y], axis=1) * weight[:, :, None]
+    wanted = (weight * (variance_px2 - on_axis_px2[:, None])).ravel()
+    seen = np.isfinite(wanted)
+    xx, xy, yy = np.linalg.lstsq(forms.reshape(-1, 3)[seen], wanted[seen])[0].tolist()
     values, axes = np.linalg.eigh(np.array([[xx, xy], [xy, yy]]))
-    (xx, xy), (_, yy) = ((axes * np.maximum(values, 0.0)) @ axes.T).tolist()
+    least = 1e-9 * max(float(values.max()), 0.0)  # rounding must not make a variance negative
+    (xx, xy), (_, yy) = ((axes * np.maximum(values, least)) @ axes.T).tolist()
     return (xx, xy), (xy, yy)
 
 
