@@ -59,15 +59,15 @@ def test_an_oak_gives_depth_by_its_own_calibration(database: str):
         assert known.run.curve is not None
         assert known.run.curve.source == "factory"
         assert known.run.notices[0].startswith("depth by the factory's calibration alone")
-    # Switched on, the carriage stands 350 mm before machine zero; slopes of 700 to 1100 mm differ by
-    # less than the board's period.
+    # Switched on, the carriage stands 350 mm before machine zero; slopes of 700 to 1100 mm differ
+    # by less than the period of the board.
     board = slice(42, 58), slice(66, 94)
     off = (frame.depth_mm[board] - 853.0) / frame.sigma_mm[board]
     answered = np.isfinite(off)
     assert answered.mean() > 0.9
     assert np.mean(np.abs(off[answered]) <= 2.0) > 0.93
     assert abs(np.median(frame.depth_mm[board][answered]) - 853.0) < 5.0
-    assert 700.0 <= np.nanmin(frame.depth_mm)
+    assert np.nanmin(frame.depth_mm) >= 700.0
     assert np.nanmax(frame.depth_mm) <= 1100.0
 
 
