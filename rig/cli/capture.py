@@ -62,6 +62,8 @@ def capture(
 ) -> None:
     """Measure depth live with the calibrated curve of this rig.
 
+    Where no sweep was made, the rig's calibration or the device's own gives one, and that is said.
+
     Writes per multi-view slope, depth and sigma as PFM (px per view step, mm), depth as a 16-bit
     PNG in mm, labels, and one line in frames.jsonl. Depth counts from the optical centre of the
     reference camera along its axis. Ctrl-C ends an endless capture.
