@@ -44,6 +44,14 @@ class RunCurve:
         return "the curve that was given" if self.id is None else f"curve {self.id}"
 
     @property
+    def in_words(self) -> str:
+        """Its title, and its error where no sweep has proven it."""
+        if self.alone is None:
+            return self.title
+        at_mm, error_pct = self.error_pct
+        return f"{self.title}, not proven: +-{error_pct:.2g} % at {at_mm / 1e3:.4g} m, k=2"
+
+    @property
     def source(self) -> str:
         """Where it comes from, in a word and a number."""
         if self.alone is not None:

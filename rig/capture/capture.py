@@ -120,7 +120,7 @@ def capture_depth(
         if folder is not None and last is not None:
             picture = write_picture(folder.folder / "last_frame.png", last, run.profile.reference)
     return CaptureSummary(
-        curve=run.curve,
+        curve=camera.run.curve,
         frames=len(tally.latencies_s),
         frames_per_s=len(tally.latencies_s) / took_s if took_s > 0.0 else 0.0,
         latency_s=Spread.of(tally.latencies_s),

@@ -115,7 +115,7 @@ def _as_dict(summary: "CaptureSummary") -> dict[str, object]:
 def _show(summary: "CaptureSummary") -> None:
     from rig.cli.output import show
 
-    what = "slopes" if summary.curve is None else f"depth ({summary.curve.title})"
+    what = "slopes" if summary.curve is None else f"depth ({summary.curve.in_words})"
     show(
         f"{summary.frames} multi-views, {what}: {summary.frames_per_s:.1f} per s, "
         f"latency {1e3 * summary.latency_s.median:.0f} ms median, "

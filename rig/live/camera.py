@@ -219,7 +219,9 @@ class DepthCamera:
     def _measured(self, opened: _Opened, multiview: MultiView, *, follows: bool) -> DepthFrame:
         age_s = opened.clock.now_s() - multiview.timestamp_s
         time_ns = self._utc_ns() - round(1e9 * age_s)
-        return opened.meter.measure(multiview, time_ns, follows=follows)
+        frame = opened.meter.measure(multiview, time_ns, follows=follows)
+        self.run = opened.meter.run
+        return frame
 
     @contextmanager
     def _used(self) -> Generator[None]:

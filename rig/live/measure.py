@@ -52,6 +52,11 @@ class DepthMeter:
         self._mending: Mending | None = None
         self._last: MultiView | None = None
 
+    @property
+    def run(self) -> Run:
+        """The rig, its curve as sure as the pictures so far leave it."""
+        return self._depth_run
+
     def measure(self, multiview: MultiView, time_ns: int, *, follows: bool) -> DepthFrame:
         """Return slopes and, where the run has a curve, depth of one multi-view.
 

@@ -6,7 +6,10 @@ from typing import Any, NamedTuple, Protocol, cast
 
 from rig.errors import OptionError
 
-_ALTERNATIVES = {("slopes", "range_px"): "range_mm", ("slopes", "range_mm"): "range_px"}
+_ALTERNATIVES: Mapping[tuple[str, ...], str] = {
+    ("slopes", "range_px"): "range_mm",
+    ("slopes", "range_mm"): "range_px",
+}
 """Keys that replace another one: exactly one of the two may be given."""
 
 

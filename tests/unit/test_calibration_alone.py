@@ -17,6 +17,7 @@ from rig.epipolar.mending.row_errors import RowErrors
 from rig.errors import CalibrationError, ConfigError, CurveError, StoreError
 from rig.factory import FactoryCamera
 from rig.geometry.rig_geometry_json import geometry_to_json
+from rig.live.curves import load_curve
 from rig.optics.calibrated import CalibratedOptics, calibrated_optics
 from rig.optics.factory import factory_geometry
 from rig.optics.nominal import nominal_optics
@@ -119,6 +120,17 @@ def test_the_sigma_of_an_import_is_that_of_its_source_or_of_the_profile(tmp_path
         assert error_pct == pytest.approx(0.5, rel=0.1)
 
 
+def test_a_program_loads_the_curve_of_a_calibration_by_the_name_of_its_rig(tmp_path: Path):
+    url = sqlite_url(tmp_path)
+    with open_store(url) as store:
+        calibrated(store, {"imported": "kalibr"})
+        expected = open_run(store, SMALL.profile).curve
+    assert expected is not None
+    assert load_curve(SMALL.profile.name, database=url).params == expected.curve.params
+    with pytest.raises(StoreError, match="found curves of no rig"):
+        load_curve("another", database=url)
+
+
 def test_a_covariance_goes_before_stated_sigmas():
     run = Run(SMALL.profile, calibrated_optics(SMALL.profile, GEOMETRY, 3))
     sure = 0.01 * prior_covariance(GEOMETRY, PRIOR_SIGMAS["factory"])
@@ -179,6 +191,7 @@ def test_what_is_not_proven_is_said_with_its_error():
     assert told["source"] == "factory"
     assert told["id"] is None
     assert told["proven"] is False
+    assert run.curve.in_words.startswith("the curve of the factory's calibration, not proven: +-1.")
     assert told["error"] == {"at_mm": 1000.0, "pct_k2": run.curve.error_pct[1]}
 
 
@@ -186,7 +199,7 @@ def test_a_swept_curve_has_nothing_to_say_of_itself():
     curve = RunCurve(4, physical((400.0, 1200.0)), 7)
     run = replace(run_with(SMALL.profile), curve=curve)
     assert run.notices == ()
-    assert (curve.source, curve.title) == ("sweep 7", "curve 4")
+    assert (curve.source, curve.title, curve.in_words) == ("sweep 7", "curve 4", "curve 4")
     assert curve.as_dict()["proven"] is True
     assert RunCurve(None, physical((400.0, 1200.0)), None).source == "given"
 

@@ -138,7 +138,7 @@ def test_a_capture_by_a_calibration_alone_says_so(rig: Command, shelf: Path, tmp
     assert curve["valid_mm"][0] >= 300.0
     assert curve["valid_mm"][1] <= 2000.0
     plain = rig("capture", shelf, "--frames", 1, "--db", url, *wide)
-    assert f"depth (the curve of calibration {number})" in plain.out
+    assert f"depth (the curve of calibration {number}, not proven: +-" in plain.out
     slopes = rig("capture", shelf, "--frames", 1, "--db", url, "--slopes-only", "--json", *wide)
     assert slopes.json["curve"] is None
 
