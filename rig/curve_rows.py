@@ -31,10 +31,11 @@ def require_same_rows(run: Run, mending: Mending | None) -> None:
 
     Raises:
         CurveError: what the rows miss by beyond that may move slopes by more than the curve's own
-            uncertainty, k=2.
+            uncertainty, k=2. A curve of a calibration alone is less sure instead: see
+            `widened_by_rows`.
     """
     curve, drift = run.curve, None if mending is None else mending.drift
-    if curve is None or drift is None:
+    if curve is None or curve.alone is not None or drift is None:
         return
     change_px = drift.sure_px / np.maximum(drift.steps, 1e-9)
     worst = int(np.argmax(change_px))
@@ -60,6 +61,18 @@ def require_same_rows(run: Run, mending: Mending | None) -> None:
         f"rows miss otherwise than when {curve.title} was made: {missed} beyond that; {effect}",
         advice=f"a camera has moved: run `rig sweep {run.profile.name}` again",
     )
+
+
+def widened_by_rows(run: Run, mending: Mending) -> Run:
+    """Return a run whose curve, where no sweep made it, is less sure by what the rows miss by.
+
+    Args:
+        run: with or without a curve.
+        mending: of all its views.
+    """
+    if run.curve is None or run.curve.alone is None:
+        return run
+    return replace(run, curve=run.curve.widened(mending, run.optics))
 
 
 def _sigma_px(curve: RunCurve) -> float:

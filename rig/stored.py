@@ -3,13 +3,14 @@
 Every verb comes through here, with the one store that it has opened.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from rig.calibration_alone import curve_alone
 from rig.curve import Curve
-from rig.epipolar.mending.row_errors import ROW_ERRORS_JSON, RowErrors
+from rig.epipolar.mending.row_errors import ROW_ERRORS_JSON
 from rig.errors import ConfigError, CurveError, StoreError
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.rig_geometry_json import geometry_from_json
@@ -19,6 +20,7 @@ from rig.optics.optics import Optics
 from rig.profile import Profile
 from rig.profile.load import parse_profile
 from rig.records import StoredCalibration, StoredCurve, Sweep
+from rig.run import Run, RunCurve
 
 if TYPE_CHECKING:
     from rig.database import Store
@@ -52,36 +54,6 @@ class RunChoice:
 
 
 @dataclass(frozen=True, slots=True)
-class RunCurve:
-    """The depth-slope curve that a run uses."""
-
-    id: int | None
-    """Number in the database; None for a curve that a program brought itself."""
-    curve: Curve
-    sweep_id: int | None
-    """Where it comes from."""
-    row_errors: RowErrors | None = None
-    """What the rows of the views missed by when it was made; None where nobody looked."""
-
-    @property
-    def title(self) -> str:
-        """What messages call it."""
-        return "the curve that was given" if self.id is None else f"curve {self.id}"
-
-
-@dataclass(frozen=True, slots=True)
-class Run:
-    """One rig as a run uses it."""
-
-    profile: Profile
-    optics: Optics
-    curve: RunCurve | None = None
-    """None where slopes are wanted only."""
-    calibration: StoredCalibration | None = None
-    """What the optics come from; None for pictures as they are."""
-
-
-@dataclass(frozen=True, slots=True)
 class CalibratedRig:
     """A rig as a calibration found it."""
 
@@ -109,13 +81,23 @@ def open_run(
             version that this program does not read; or its choice is no number.
         CurveError: the curve is of another rig, of another arrangement of its cameras, or of
             another calibration.
-        StoreError: there is no such calibration, or no such curve.
+        StoreError: there is no such calibration, or no such curve; or neither of them, and the
+            profile's camera holds none of its own.
     """
     run = _run(profile, _chosen_calibration(store, profile.name, calibration))
+    is_first = curve == "newest" and not store.has_curve(profile.name)
+    if run.calibration is None and calibration is None and profile.camera.may_hold_calibration:
+        if is_first:
+            return replace(run, awaits="depth")
+        if curve == "none" and profile.slopes.range_mm is not None:
+            return replace(run, awaits="slopes")
     if curve == "none":
         return run
-    number = None if curve == "newest" else curve
-    return Run(profile, run.optics, find_curve(store, run, number), run.calibration)
+    if is_first and run.calibration is not None:
+        found = curve_alone(run)
+    else:
+        found = find_curve(store, run, None if curve == "newest" else curve)
+    return replace(run, curve=found.within(profile))
 
 
 def run_with(store: "Store", profile: Profile, calibration_id: int | None) -> Run:

@@ -20,6 +20,7 @@ from rig.live.camera import DepthCamera
 from rig.live.frame import DepthFrame
 from rig.profile import Profile
 from rig.progress import Progress, Tell
+from rig.stored import RunCurve
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +52,7 @@ class CaptureRequest:
 class CaptureSummary:
     """What a capture did."""
 
-    curve_id: int | None
+    curve: RunCurve | None
     """None where slopes were measured only."""
     is_simulated: bool
     """Whether the camera is: it then takes its time to render."""
@@ -141,7 +142,7 @@ def capture_depth(
                 outputs, nullcontext() if is_interrupted else interrupts.deferred()
             )
     return CaptureSummary(
-        curve_id=None if run.curve is None else run.curve.id,
+        curve=camera.run.curve,
         is_simulated=run.profile.camera.is_simulated,
         frames=tally.frames,
         took_s=took_s,

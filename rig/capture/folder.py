@@ -99,6 +99,7 @@ class CaptureFolder:
             "frame": measured.index,
             "rig": self._run.profile.name,
             "curve": None if self._run.curve is None else self._run.curve.id,
+            "curve_source": None if self._run.curve is None else self._run.curve.source,
             "calibration": self._run.optics.calibration_id,
             "sigma_unit": "px per view step" if measured.depth is None else "mm",
             "timestamp_s": multiview.timestamp_s,

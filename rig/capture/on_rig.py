@@ -27,7 +27,8 @@ def capture_on_rig(
         choice: which calibration and which curve.
         request: how long, and where maps go.
         progress: told of every measured multi-view.
-        tell: see `capture_depth`; also told of a curve that took the place of the one in use.
+        tell: see `capture_depth`; also told how far the curve can be trusted, before the first
+            multi-view, and of a curve that took the place of the one in use.
 
     Raises:
         ConfigError: the calibration does not fit the rig.
@@ -40,9 +41,11 @@ def capture_on_rig(
         if request.folder is None and request.ends:
             request = replace(request, folder=new_folder(store, "captures", profile.name))
         with depth_camera(run) as camera:
+            for notice in camera.run.notices:
+                tell(notice)
             summary = capture_depth(camera, request, progress, tell)
         newer = newer_curve(store, run, choice.curve)
         if newer is not None:
-            used = "no curve" if run.curve is None else f"curve {run.curve.id}"
+            used = "no curve" if summary.curve is None else summary.curve.title
             tell(f"rig: curve {newer} was made meanwhile; this capture used {used} to its end")
         return summary

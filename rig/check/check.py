@@ -10,6 +10,7 @@ from rig.check.geometry_drift import judge_geometry_drift
 from rig.check.items import Item, failed
 from rig.check.request import CheckRequest, check_request, missing_sections
 from rig.check.scene import judge_scene
+from rig.check.search import judge_range
 from rig.check.span import middle_mm, plan_mm
 from rig.check.stage import judge_travel
 from rig.check.standing_board import CARRIED, judge_standing_board
@@ -29,7 +30,8 @@ QUESTIONS = (
     *("arrangement", "travel", "database", "stage", "camera", "skew", "rate", "drops", "board"),
     *("focus", "exposure", "locks", "noise", "likeness", "disk", *CARRIED, "geometry"),
 )
-"""Every item that a check answers or skips; `move` comes besides where the stage cannot."""
+"""Every item that a check answers or skips; `move` comes besides where the stage cannot, `range`
+where the profile gives distances."""
 _CAUSES = ("camera", "move", "skew", "rate", "reach")
 """Items whose failure leaves questions without a picture to answer them from."""
 
@@ -92,6 +94,8 @@ def _on_paper(request: CheckRequest) -> Iterator[Item]:
     else:
         yield judge_travel(plan_mm(profile), profile.stage.travel_mm)
     yield request.database
+    if profile.slopes.range_mm is not None:
+        yield judge_range(request.run, request.curve)
 
 
 def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:

@@ -89,6 +89,8 @@ def capture(
 ) -> None:
     """Measure depth live with the calibrated curve of this rig.
 
+    Where no sweep was made, the rig's calibration or the device's own gives one, and that is said.
+
     Writes per multi-view slope, depth and sigma as PFM (px per view step, mm), depth as a 16-bit
     PNG in mm, labels, and one line in frames.jsonl. Depth counts from the optical centre of the
     reference camera along its axis. Ctrl-C ends an endless capture.
@@ -141,6 +143,7 @@ def _as_dict(summary: "CaptureSummary") -> dict[str, object]:
     by_output = {output.name: output.dropped for output in summary.outputs}
     return {
         "frames": summary.frames,
+        "curve": None if summary.curve is None else summary.curve.as_dict(),
         "fps": summary.frames_per_s,
         "fps_measuring": summary.measured_per_s,
         "waited_s": summary.waited_s,
@@ -172,7 +175,7 @@ def _in_ms(spread: "Spread") -> dict[str, float]:
 def _show(summary: "CaptureSummary") -> None:
     from rig.cli.output import show
 
-    what = "slopes" if summary.curve_id is None else f"depth (curve {summary.curve_id})"
+    what = "slopes" if summary.curve is None else f"depth ({summary.curve.in_words})"
     whom = "simulated camera" if summary.is_simulated else "camera"
     show(
         f"{summary.frames} multi-views, {what}: {summary.frames_per_s:.1f} per s, "

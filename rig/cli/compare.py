@@ -122,4 +122,18 @@ def _show(comparison: "Comparison") -> None:
         header = ["method", "error rms mm", "rms %", "largest %", "spread mm", "answers %"]
         for line in table(rows, header):
             show(line)
+    if comparison.curves:
+        show()
+        show(f"the board by {comparison.curve_title} and by its calibration alone, error in mm")
+        rows = [
+            [
+                f"{at.distance_mm:.1f}",
+                f"{at.swept_mm:+.3f}",
+                f"{at.alone_mm:+.3f}",
+                f"{at.alone_k2_mm:.3f}",
+            ]
+            for at in comparison.curves
+        ]
+        for line in table(rows, ["distance mm", "with sweep", "alone", "alone k=2"]):
+            show(line)
     show(f"pictures and numbers: {comparison.folder / PAGE_FILE}")

@@ -35,8 +35,9 @@ def import_calibration(
 ) -> None:
     """Take another tool's calibration as that of this rig.
 
-    Sweeps and captures then rectify with it. It comes without a covariance: no depth error can be
-    told from it, and nothing of it is checked against pictures; `rig calibrate` does both.
+    Sweeps and captures then rectify with it, and captures have depth without a sweep. It comes
+    without a covariance: how sure its depth is follows from what its source is known for, and
+    nothing of it is checked against pictures; `rig calibrate` does both.
     """
     from rig.database import open_store, software_versions
     from rig.export.geometry_format import geometry_format

@@ -6,7 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from rig.calibration_alone import completed_run
 from rig.compare.comparison import NUMBERS_FILE, PAGE_FILE, Comparison
+from rig.compare.curves import CurvesAt, compare_curves
 from rig.compare.distances import BoardErrors, compare_distances
 from rig.compare.frames import compare_frames
 from rig.compare.numbers import comparison_as_dict
@@ -20,7 +22,14 @@ from rig.profile import Profile
 from rig.progress import Progress
 from rig.records import Sweep
 from rig.report.extra import report_extra
-from rig.stored import Run, RunChoice, new_folder, open_run, run_of_sweep, stored_profile
+from rig.stored import (
+    Run,
+    RunChoice,
+    new_folder,
+    open_run,
+    run_of_sweep,
+    stored_profile,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +61,7 @@ def compare_on_rig(
     with open_store(choice.database, absent=choice.absent) as store:
         run = open_run(store, profile, choice.calibration, choice.curve)
         with open_camera(profile) as (camera, _):
-            return compare_methods(run, request, camera, store, progress)
+            return compare_methods(completed_run(run, camera), request, camera, store, progress)
 
 
 def compare_methods(
@@ -88,9 +97,11 @@ def compare_methods(
     comparison = Comparison(
         profile=profile,
         curve_id=None if run.curve is None else run.curve.id,
+        curve_title=None if run.curve is None else run.curve.title,
         sweep_id=sweep_id,
         frames=compare_frames(run, multiviews),
         distances=() if sweep is None else _distances(run, store, sweep, progress),
+        curves=() if sweep is None else _curves(run, store, sweep),
         folder=folder,
     )
     _write(comparison)
@@ -107,6 +118,14 @@ def _distances(run: Run, store: Store, sweep: Sweep, progress: Progress) -> tupl
     samples, measurements = store.samples(sweep.id), store.measurements(sweep.id)
     return compare_distances(
         run_of_sweep(store, sweep), run.curve, samples, measurements, store.load, progress
+    )
+
+
+def _curves(run: Run, store: Store, sweep: Sweep) -> tuple[CurvesAt, ...]:
+    if run.curve is None or run.curve.alone is not None:
+        return ()
+    return compare_curves(
+        run_of_sweep(store, sweep), run.curve, store.samples(sweep.id), store.measurements(sweep.id)
     )
 
 
@@ -127,7 +146,7 @@ def _require_same_calibration(run: Run, sweep: Sweep) -> None:
     of_curve = run.optics.calibration_id
     if run.curve is not None and sweep.calibration_id != of_curve:
         raise ConfigError(
-            f"asked to compare by curve {run.curve.id} of calibration {of_curve or 'none'} on "
+            f"asked to compare by {run.curve.title} of calibration {of_curve or 'none'} on "
             f"sweep {sweep.id}, measured with calibration {sweep.calibration_id or 'none'}",
             advice=(
                 f"run `rig fit {sweep.id} --calibration {of_curve or 'none'}`, or choose another "

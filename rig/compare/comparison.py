@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.compare.curves import CurvesAt
 from rig.compare.distances import NAMES, BoardErrors
 from rig.compare.frames import FrameComparison
 from rig.profile import Profile
@@ -37,16 +38,21 @@ class Comparison:
 
     profile: Profile
     curve_id: int | None
+    """Number of the curve; None for slopes only, and for the curve of a calibration alone."""
+    curve_title: str | None
+    """What the curve is called; None for slopes only."""
     sweep_id: int | None
     frames: FrameComparison
     distances: tuple[BoardErrors, ...]
     """From near to far; empty without a curve."""
+    curves: tuple[CurvesAt, ...]
+    """The curve beside that of the calibration alone, where the sweep has one."""
     folder: Path
 
     @property
     def unit(self) -> str:
         """Unit of the maps."""
-        return "px per view step" if self.curve_id is None else "mm"
+        return "px per view step" if self.curve_title is None else "mm"
 
 
 def distance_scores(boards: Sequence[BoardErrors]) -> tuple[DistanceScore, ...]:

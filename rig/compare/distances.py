@@ -14,6 +14,7 @@ from rig.epipolar import RectifiedViews, SlopePrior, estimate_slopes
 from rig.frames import MultiView
 from rig.measurement import Measurement
 from rig.optics.optics import Optics
+from rig.optics.search_range import search_range_px
 from rig.progress import Progress
 from rig.records import Sample, SampleKey
 from rig.stored import Run, RunCurve
@@ -110,7 +111,8 @@ def compare_distances(
         SlopeError: the views hold no stereo pair.
         StoreError: an image is missing or damaged.
     """
-    optics, slope_range_px = run.optics, run.profile.slopes.range_px
+    optics = run.optics
+    slope_range_px = search_range_px(run.profile, optics, curve.curve)
     errors: dict[float, BoardErrors] = {}
     for sample in samples:
         if sample.stop.distance_mm in errors or sample.key not in measurements:

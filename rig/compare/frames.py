@@ -41,6 +41,8 @@ class FrameComparison:
     """All methods on the same multi-views, and what the first of these looked like."""
 
     count: int
+    range_px: Span
+    """Slopes that were searched."""
     partner: str
     """Name of the view that makes the stereo pair with the reference view."""
     baseline_steps: float
@@ -66,7 +68,7 @@ class _Frame:
     def of(cls, run: Run, multiview: MultiView) -> "_Frame":
         """Rectify a multi-view and bring its rows together; see `compare_frames`."""
         views = expecting_rows(run, run.optics.views(multiview.stack()))
-        found = estimate_slopes(views, run.profile.slopes.range_px).mending
+        found = estimate_slopes(views, run.range_px).mending
         require_same_rows(run, found)
         if found is None or len(found.rows.fields) != len(views.images):
             rows = views.row_errors or RowErrors.none(len(views.images))
@@ -84,7 +86,7 @@ def compare_frames(run: Run, multiviews: Iterable[MultiView]) -> FrameComparison
 
     Args:
         run: the rig; all methods get its rectified views with the same rows and search the
-            `slopes.range_px` of its profile. Without a curve slopes are compared only.
+            run's range of slopes. Without a curve slopes are compared only.
         multiviews: one or more.
 
     Raises:
@@ -100,8 +102,9 @@ def compare_frames(run: Run, multiviews: Iterable[MultiView]) -> FrameComparison
         )
     frames = [_Frame.of(run, multiview) for multiview in series]
     pair = best_pair(frames[0].mended)
-    first_px, count = pair.disparities(profile.slopes.range_px)
-    slopes, durations_s = _run_all(frames, profile.slopes.range_px)
+    range_px = run.range_px
+    first_px, count = pair.disparities(range_px)
+    slopes, durations_s = _run_all(frames, range_px)
     scores: list[FrameScore] = []
     for method in METHODS:
         slopes_px, ours = np.stack(slopes[method.name]), np.stack(slopes[OURS.name])
@@ -120,6 +123,7 @@ def compare_frames(run: Run, multiviews: Iterable[MultiView]) -> FrameComparison
     shown = {name: each[0] for name, each in slopes.items()}
     return FrameComparison(
         count=len(series),
+        range_px=range_px,
         partner=profile.views[pair.partner].name,
         baseline_steps=pair.baseline_steps,
         disparities_px=(first_px, first_px + count - 1),

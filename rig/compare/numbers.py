@@ -13,8 +13,9 @@ def comparison_as_dict(comparison: Comparison) -> dict[str, object]:
     return {
         "rig": comparison.profile.name,
         "curve": comparison.curve_id,
+        "curve_title": comparison.curve_title,
         "sweep": comparison.sweep_id,
-        "range_px": list(comparison.profile.slopes.range_px),
+        "range_px": list(frames.range_px),
         "frames": {
             "count": frames.count,
             "size_px": list(frames.image.shape[::-1]),
@@ -33,6 +34,7 @@ def comparison_as_dict(comparison: Comparison) -> dict[str, object]:
             }
             for board in comparison.distances
         ],
+        "curves": [_known(asdict(at)) for at in comparison.curves],
         "summary": [_known(asdict(score)) for score in distance_scores(comparison.distances)],
         "out": str(comparison.folder),
         "page": str(comparison.folder / PAGE_FILE),

@@ -63,6 +63,11 @@ class CurveShelf(Transactions):
         with self._reading(f"read curve {curve_id}") as session:
             return curve_value(queries.curve_row(session, curve_id))
 
+    def has_curve(self, rig: str) -> bool:
+        """Return whether a rig has a curve at all, also one that missed a gate."""
+        with self._reading(f"look for the curve of {rig}") as session:
+            return queries.has_curve(session, rig)
+
     def active_curve(self, rig: str) -> StoredCurve:
         """Return the newest active curve of a rig.
 

@@ -125,6 +125,13 @@ def curve_row(session: Session, curve_id: int) -> CurveRow:
     return row
 
 
+def has_curve(session: Session, rig: str) -> bool:
+    """Return whether a rig has a curve."""
+    return (
+        session.scalars(select(CurveRow.id).where(CurveRow.rig == rig).limit(1)).first() is not None
+    )
+
+
 def active_curve_row(session: Session, rig: str) -> CurveRow:
     """Return the newest active curve of a rig.
 
@@ -145,7 +152,7 @@ def active_curve_row(session: Session, rig: str) -> CurveRow:
         raise StoreError(
             f"asked for the curve of rig {rig}, found curves of "
             f"{', '.join(sorted(rigs)) or 'no rig'}",
-            advice="make one with rig sweep",
+            advice="make one with rig sweep; rig calibrate or rig import gives one without a stage",
         )
     return row
 

@@ -178,6 +178,6 @@ def _of_range(
             said.append(
                 f"{100 * share:.0f} % of the pixels are at the {name} end of the searched slopes "
                 f"[{range_px[0]:g}, {range_px[1]:g}] px per view step and get no answer; widen "
-                "slopes.range_px"
+                "slopes.range_px or range_mm"
             )
     return tuple(said)

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
 
+from rig.calibration_alone import completed_run
 from rig.devices import Camera, Clock
 from rig.errors import CameraUseError, ViewSkewError
 from rig.live.feed import Feed
 from rig.live.frame import DepthFrame
-from rig.live.measure import DepthMeter, rectified
+from rig.live.measure import DepthMeter, Rectified, rectified
 from rig.stored import Run
 
 _WITH = 'use "with rig.open(...) as camera:"'
@@ -48,7 +49,7 @@ class DepthCamera:
         utc_ns: Callable[[], int] = time.time_ns,
     ) -> None:
         self.run = run
-        """Profile, optics and curve that are used."""
+        """Profile, optics and curve that are used; once open, with what the device knows itself."""
         self._door = door
         self._utc_ns = utc_ns
         self._name = f"rig {run.profile.name}"
@@ -67,7 +68,9 @@ class DepthCamera:
 
         Raises:
             CameraUseError: it is or was open.
+            ConfigError: nothing tells which slopes the distances of the profile are.
             DeviceError: the device is not there or does not answer.
+            StoreError: nothing is stored that tells depth, and the device holds no calibration.
         """
         with self._used():
             if self._was_opened or self._closing.is_set():
@@ -76,9 +79,15 @@ class DepthCamera:
                     self._name, f"asked to open it, but it {state}", advice="call rig.open again"
                 )
             device, clock = self._stack.enter_context(self._door())
+            try:
+                self.run = completed_run(self.run, device)
+                meter = DepthMeter(self.run)
+            except BaseException:
+                self._stack.close()
+                raise
             self._was_opened = True
             feed = Feed(self.run, device, clock, self._utc_ns)
-            self._opened = _Opened(device, feed, DepthMeter(self.run))
+            self._opened = _Opened(device, feed, meter)
         return self
 
     def __exit__(
@@ -165,7 +174,7 @@ class DepthCamera:
                 raise ViewSkewError(
                     self._name, skew_s=taken.views.skew_s, allowed_s=config.max_skew_s
                 )
-            return opened.meter.measure(rectified(self.run, taken), follows=False)
+            return self._measured(opened, rectified(self.run, taken), follows=False)
 
     def __iter__(self) -> Generator[DepthFrame]:
         """Yield depth, each frame the hypothesis for the next, until the camera is closed.
@@ -207,7 +216,13 @@ class DepthCamera:
         given = opened.feed.next()
         if given is None:
             return None
-        return opened.meter.measure(given, follows=True, on_slopes=opened.feed.rectify_next)
+        return self._measured(opened, given, follows=True)
+
+    def _measured(self, opened: _Opened, given: Rectified, *, follows: bool) -> DepthFrame:
+        begin_next = opened.feed.rectify_next
+        frame = opened.meter.measure(given, follows=follows, on_slopes=begin_next)
+        self.run = opened.meter.run
+        return frame
 
     @contextmanager
     def _used(self) -> Generator[None]:

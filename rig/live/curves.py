@@ -5,21 +5,25 @@ import os
 from pathlib import Path
 from typing import Any, cast
 
+from rig.calibration_alone import curve_alone
 from rig.curve import Curve
 from rig.errors import CurveError
 from rig.files import read_bytes
+from rig.stored import run_with, stored_profile
 
 
 def load_curve(which: int | str | os.PathLike[str], *, database: str | None = None) -> Curve:
     """Return a depth-slope curve.
 
     Args:
-        which: number of a stored curve; name of a rig, for its newest good one; or the path of a
-            JSON file (a `Path`, or text that ends in `.json`) that holds what `Curve.to_json` gave.
+        which: number of a stored curve; name of a rig, for its newest good one, or, where it has
+            none at all, for that of its calibration alone; or the path of a JSON file (a `Path`, or
+            text that ends in `.json`) that holds what `Curve.to_json` gave.
         database: SQLAlchemy URL; None for `RIG_DATABASE`, else the user's own.
 
     Raises:
-        CurveError: the file holds no curve.
+        ConfigError: the calibration was stored by another version.
+        CurveError: the file holds no curve, or the calibration knows no depth.
         StoreError: no such database, curve or file.
     """
     if not isinstance(which, int) and not _is_name(which):
@@ -27,9 +31,13 @@ def load_curve(which: int | str | os.PathLike[str], *, database: str | None = No
     from rig.database import open_store
 
     with open_store(database, absent="refused") as store:
-        is_number = isinstance(which, int)
-        stored = store.curve(which) if is_number else store.active_curve(os.fspath(which))
-    return Curve.from_json(stored.curve)
+        if isinstance(which, int):
+            return Curve.from_json(store.curve(which).curve)
+        name = os.fspath(which)
+        calibration = None if store.has_curve(name) else store.active_calibration(name)
+        if calibration is None:
+            return Curve.from_json(store.active_curve(name).curve)
+        return curve_alone(run_with(store, stored_profile(calibration), calibration.id)).curve
 
 
 def _is_name(which: str | os.PathLike[str]) -> bool:

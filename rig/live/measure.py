@@ -3,12 +3,11 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import cast
 
 import numpy as np
 
-from rig.curve_rows import expecting_rows, require_same_rows
+from rig.curve_rows import expecting_rows, require_same_rows, widened_by_rows
 from rig.depth import DepthMap, depth_from_slopes
 from rig.epipolar import Placement, RectifiedViews, SlopeMap, SlopePrior
 from rig.epipolar.mending.mending import Mending
@@ -58,19 +57,31 @@ class DepthMeter:
 
     A view that repeats its last picture while others change is left out, with a warning.
 
+    A curve that follows from a calibration alone becomes less sure by what rows miss by.
+
     Args:
         run: the rig; without a curve slopes are measured only.
+
+    Raises:
+        ConfigError: the profile gives distances, and nothing tells which slopes these are.
     """
 
     def __init__(self, run: Run) -> None:
         self._run = run
+        self._depth_run = run
+        self._range_px = run.range_px
         self._index = 0
         self._hypothesis: SlopePrior | None = None
         self._placement: Placement | None = None
         self._mending: Mending | None = None
         self._last: MultiView | None = None
-        self._processing = FrameProcessing(run, partial(depth_of, run))
+        self._processing = FrameProcessing(run, lambda slopes: depth_of(self._depth_run, slopes))
         self._pinholes: dict[tuple[int, ...], Pinhole | None] = {}
+
+    @property
+    def run(self) -> Run:
+        """The rig, its curve as sure as the pictures so far leave it."""
+        return self._depth_run
 
     def measure(
         self, given: Rectified, *, follows: bool, on_slopes: Callable[[], None] = lambda: None
@@ -98,7 +109,7 @@ class DepthMeter:
         views, warnings = moving_views(views, frozen_views(self._last, multiview))
         self._last = multiview
         hypothesis = self._hypothesis if follows else None
-        found = self._processing.estimate(views, run.profile.slopes.range_px, hypothesis)
+        found = self._processing.estimate(views, self._range_px, hypothesis)
         on_slopes()
         require_same_rows(run, found.mending)
         slopes = run.optics.answered(found)
@@ -106,10 +117,12 @@ class DepthMeter:
         if slopes.placement is not None and len(slopes.placement.steps) == count:
             self._placement = slopes.placement
         if slopes.mending is not None and len(slopes.mending.rows.fields) == count:
+            if self._mending is not slopes.mending:
+                self._depth_run = widened_by_rows(run, slopes.mending)
             self._mending = slopes.mending
         self._hypothesis = SlopePrior(slopes.slope_px, np.maximum(slopes.sigma_px, _MOTION_PX))
         slopes = self._processing.joined(slopes, follows=follows)
-        depth = depth_of(run, slopes)
+        depth = depth_of(self._depth_run, slopes)
         ended_s = time.perf_counter()
         frame = DepthFrame(
             index=self._index,

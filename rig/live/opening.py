@@ -27,9 +27,10 @@ def open_depth_camera(
     Args:
         profile: a name in `calib_profiles` or the path of a TOML file.
         database: SQLAlchemy URL; None for `RIG_DATABASE`, else the user's own.
-        curve: number of a stored curve; `newest` good one of the rig; a curve that `rig.load_curve`
-            gave, of which nobody can check that it belongs to this rig; or `none`: frames then have
-            slopes only.
+        curve: number of a stored curve; `newest` good one of the rig, or, where it has none at all,
+            the one that its calibration gives by itself, or that of the device once it is open; a
+            curve that `rig.load_curve` gave, of which nobody can check that it belongs to this rig;
+            or `none`: frames then have slopes only.
         calibration: number of a stored calibration; `newest` good one of the rig, if any; or `none`
             for pictures as they are.
         overrides: `key.path=value` each, as `--set` of the command line.
@@ -43,13 +44,16 @@ def open_depth_camera(
     brought = RunCurve(None, curve, None) if isinstance(curve, Curve) else None
     wanted = "none" if isinstance(curve, Curve) else curve
     if (wanted, calibration) == ("none", "none"):  # nothing is looked up: no database is touched
-        return depth_camera(Run(rig, optics_of(rig, None), brought))
+        used = None if brought is None else brought.within(rig)
+        return depth_camera(Run(rig, optics_of(rig, None), used))
     from rig.database import open_store
 
     choice = RunChoice(database, None if calibration == "newest" else str(calibration), wanted)
     with open_store(choice.database, absent=choice.absent) as store:
         run = open_run(store, rig, choice.calibration, choice.curve)
-    return depth_camera(run if brought is None else replace(run, curve=brought))
+    if brought is not None:
+        run = replace(run, curve=brought.within(rig), awaits=None)
+    return depth_camera(run)
 
 
 def depth_camera(run: Run) -> DepthCamera:

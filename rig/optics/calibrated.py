@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.arrays import Float
+from rig.curve.physical import Physical
 from rig.epipolar import Label, RectifiedViews, SlopeMap
 from rig.epipolar.board.lines import BoardViews
 from rig.epipolar.noise.model import NoiseModel, estimate_noise
@@ -34,12 +35,15 @@ class CalibratedOptics:
 
     Args:
         rectification: of the calibration's geometry.
-        calibration_id: number of the calibration.
+        calibration_id: number of the calibration; None for one that is not stored.
         noise: of the pictures; None estimates it from each of them.
     """
 
     def __init__(
-        self, rectification: Rectification, calibration_id: int, noise: NoiseModel | None = None
+        self,
+        rectification: Rectification,
+        calibration_id: int | None,
+        noise: NoiseModel | None = None,
     ) -> None:
         self.rectification = rectification
         self.calibration_id = calibration_id
@@ -101,6 +105,22 @@ class CalibratedOptics:
         """Slopes (H, W) as points of the same depth have them on the reference camera's axis."""
         m0 = np.float32(self.rectification.infinity_px)
         return (slope_px + m0) * self._per_depth_ratio - m0
+
+    @property
+    def axis_law(self) -> Physical:
+        """Slope against depth on the axis: triangulation by the calibration."""
+        rectification = self.rectification
+        return Physical(0.0, rectification.inverse_law_px_mm, -rectification.infinity_px)
+
+    def everywhere_px(self, axis_px: tuple[float, float]) -> tuple[float, float]:
+        """Lowest and highest slope in the whole picture, whose pixels may look across the axis."""
+        height, width = self.rectification.shape
+        corners_px = np.array(
+            [[0.0, width - 1.0, 0.0, width - 1.0], [0.0, 0.0, *2 * [height - 1.0]]]
+        )
+        ratio, m0 = self.rectification.depth_ratio(corners_px), self.rectification.infinity_px
+        slopes_px = np.outer(np.array(axis_px) + m0, ratio) - m0
+        return float(slopes_px[0].min()), float(slopes_px[1].max())
 
     def axis_plane(
         self, plane: tuple[float, float, float], centre_px: tuple[float, float]
@@ -179,14 +199,14 @@ class CalibratedOptics:
 
 
 def calibrated_optics(
-    profile: Profile, geometry: RigGeometry, calibration_id: int
+    profile: Profile, geometry: RigGeometry, calibration_id: int | None
 ) -> CalibratedOptics:
     """Return the optics of a rig by its calibration.
 
     Args:
         profile: the rig; its views are in the order of the pictures.
         geometry: what the calibration found.
-        calibration_id: its number.
+        calibration_id: its number; None for one that is not stored.
 
     Raises:
         ConfigError: the calibration is of other views.

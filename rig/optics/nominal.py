@@ -66,6 +66,15 @@ class NominalOptics:
         """Return the slopes themselves."""
         return slope_px
 
+    @property
+    def axis_law(self) -> None:
+        """None: nobody knows the focal length."""
+        return
+
+    def everywhere_px(self, axis_px: tuple[float, float]) -> tuple[float, float]:
+        """Return the slopes themselves: every pixel looks along the axis."""
+        return axis_px
+
     def axis_plane(
         self, plane: tuple[float, float, float], centre_px: tuple[float, float]
     ) -> tuple[float, float, float]:

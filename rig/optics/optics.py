@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.arrays import Float
+from rig.curve.physical import Physical
 from rig.epipolar import RectifiedViews, SlopeMap
 from rig.epipolar.board.lines import BoardViews
 from rig.frames import GreyImage
@@ -61,6 +62,15 @@ class Optics(Protocol):
 
     def axis_slopes_px(self, slope_px: NDArray[np.float32]) -> NDArray[np.float32]:
         """Slopes (H, W) as points of the same depth have them on the reference camera's axis."""
+        ...
+
+    @property
+    def axis_law(self) -> Physical | None:
+        """Slope against depth on the axis by the calibration; None for pictures as they are."""
+        ...
+
+    def everywhere_px(self, axis_px: tuple[float, float]) -> tuple[float, float]:
+        """Lowest and highest slope in the whole picture of a lowest and a highest on the axis."""
         ...
 
     def axis_plane(

@@ -48,6 +48,11 @@ class CameraConfig(Model):
         return False
 
     @property
+    def may_hold_calibration(self) -> bool:
+        """Whether its device may know its own cameras, see `rig.factory.FactoryCalibrated`."""
+        return False
+
+    @property
     def needs_real_time(self) -> bool:
         """Whether a simulated world must run in real time for it."""
         return False
@@ -181,6 +186,11 @@ class OakCameraConfig(CameraConfig):
     def needs_real_time(self) -> bool:
         """See `CameraConfig.needs_real_time`; its pipeline runs in real time."""
         return self.is_simulated
+
+    @property
+    def may_hold_calibration(self) -> bool:
+        """See `CameraConfig.may_hold_calibration`; several devices do not know each other."""
+        return len(self.by_device) == 1
 
     @property
     def by_view(self) -> Mapping[str, Mapping[str, object]]:

@@ -1,6 +1,6 @@
 """What rig has to know of a kind of camera or stage: one value each, built in or plugged in."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 
@@ -66,6 +66,17 @@ class CameraTemplate:
     """Gives `[camera]` as TOML with comments; guesses say MEASURE."""
     views: int | None = None
     """How many views it has when nobody says; None: as many as devices are plugged in."""
+    built_in: "BuiltIn | None" = None
+    """The views of one device that knows them itself; None where places must be measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltIn:
+    """Views that stand in one housing, at places that its maker has calibrated."""
+
+    pitch_mm: float
+    places: Mapping[str, tuple[float, float]]
+    """By name, in view steps right of and below the first, the reference."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,17 +36,37 @@ class SweepConfig(Model):
 
 
 class SlopeConfig(Model):
-    """The slopes that the scene can have."""
+    """What the scene can have: its distances, or its slopes; one of the two."""
 
-    range_px: Span
+    range_px: Span | None = None
     """Smallest and largest slope to look for, px per view step."""
+    range_mm: tuple[Positive, Positive] | None = None
+    """Nearest and farthest distance to look for; slopes follow from the calibration or the curve of
+    the run, and outside there is no depth."""
 
     @model_validator(mode="after")
-    def _range_has_a_length(self) -> Self:
-        if not self.range_px[0] < self.range_px[1]:
-            low_px, high_px = self.range_px
-            raise ValueError(f"range_px runs from {low_px} to {high_px}; give smallest, largest")
+    def _one_range_that_has_a_length(self) -> Self:
+        if (self.range_px is None) == (self.range_mm is None):
+            raise ValueError(
+                f"{'neither' if self.range_px is None else 'both'} of range_px and range_mm given; "
+                "give range_mm = [nearest, farthest], or range_px where no calibration is known"
+            )
+        for key, span in (("range_px", self.range_px), ("range_mm", self.range_mm)):
+            if span is not None and not span[0] < span[1]:
+                raise ValueError(f"{key} runs from {span[0]} to {span[1]}; give smallest, largest")
         return self
+
+
+class PriorSigmaConfig(Model):
+    """How sure a geometric calibration is that comes without a covariance, 1 sigma."""
+
+    focal_pct: NotNegative
+    """Focal length of each view, per cent."""
+    baseline_pct: NotNegative
+    """Place of each view, per cent of its distance from the reference."""
+    turn_deg: NotNegative
+    """Orientation of each view against the reference, about each axis; a principal point that is
+    off counts as a turn."""
 
 
 class QualityConfig(Model):
@@ -88,6 +108,8 @@ class Profile(Model):
     """Search range of the dense estimator."""
     processing: ProcessingConfig = ProcessingConfig()
     """What captures do to slopes and depth once they are measured."""
+    prior_sigma: PriorSigmaConfig | None = None
+    """For a calibration without a covariance; by default as its source is known to be."""
     quality: QualityConfig = QualityConfig()
     """Limits of a good run."""
     world: WorldConfig | None = None

@@ -6,6 +6,12 @@ from typing import Any, NamedTuple, Protocol, cast
 
 from rig.errors import OptionError
 
+_ALTERNATIVES: Mapping[tuple[str, ...], str] = {
+    ("slopes", "range_px"): "range_mm",
+    ("slopes", "range_mm"): "range_px",
+}
+"""Keys that replace another one: exactly one of the two may be given."""
+
 
 class KeysOfKind(Protocol):
     """What a section of another kind may hold."""
@@ -81,6 +87,8 @@ def _apply(data: dict[str, Any], override: Override, keys_of: KeysOfKind) -> Non
     index = _index(node, last, override, len(above))
     if last == "kind" and len(above) == 1 and isinstance(node, dict):
         _make_room(cast("dict[str, Any]", node), keys_of(above[0], str(override.value)))
+    if override.path in _ALTERNATIVES and isinstance(node, dict):
+        cast("dict[str, Any]", node).pop(_ALTERNATIVES[override.path], None)
     node[index] = override.value
 
 

@@ -21,19 +21,59 @@ _FOCAL_PER_WIDTH = 0.8
 _ROOM = 1.25
 """The search range of slopes is so much wider than a first guess."""
 
+
+@dataclass(frozen=True, slots=True)
+class _Words:
+    """What is said otherwise of places that must be measured and of those that a device knows."""
+
+    next: str
+    pitch: str
+    places: str
+    slopes: str
+    """Ends inside `[quality]`."""
+
+
 _HEAD = """\
 # {description}. Written by `rig profile new`; lines that say MEASURE hold guesses.
-# Next: rig check {name} --no-move, then rig check {name}, then rig sweep {name}.
+# Next: {next}.
 {notes}name = "{name}"
 description = "{description}"
 
-# One view step, mm: the distance that x_steps and y_steps below are multiples of. MEASURE it once,
-# between two lens centres; a calibration finds the rest.
+# One view step, mm: the distance that x_steps and y_steps below are multiples of. {pitch_note}
 pitch_mm = {pitch_mm}
 
-# Where each lens centre is, in view steps right of and below the reference. MEASURE. Uneven spacing
-# is an advantage: a repeating pattern then cannot look right at a wrong distance.
+{places_note}
 """
+_MEASURED = _Words(
+    "rig check {name} --no-move, then rig check {name}, then rig sweep {name}",
+    "MEASURE it once,\n# between two lens centres; a calibration finds the rest.",
+    "# Where each lens centre is, in view steps right of and below the reference. MEASURE. Uneven "
+    "spacing\n# is an advantage: a repeating pattern then cannot look right at a wrong distance.",
+    """\
+# Slopes that the scene can have, px per view step: pitch_mm * focal_px / distance for cameras that
+# look straight ahead, less the same at the focus distance for others. Narrow is faster and safer.
+[slopes]
+range_px = [{low_px}, {high_px}]
+
+# A run that misses one of these ends with exit code 3. Without a geometric calibration be generous.
+[quality]
+""",
+)
+_BUILT_IN = _Words(
+    "rig capture {name}; rig calibrate {name} and rig sweep {name} make its depth better",
+    "That of an\n# OAK-D; the device's own calibration finds the rest.",
+    "# Where each lens centre is, in view steps right of and below the reference.",
+    """\
+# Nearest and farthest distance of the scene, mm; outside there is no depth. Slopes follow from the
+# device's own calibration, or from a better one. Narrow is faster and safer.
+[slopes]
+range_mm = [{near_mm}, 4000.0]
+
+# A run that misses one of these ends with exit code 3. After the sweep depth_sigma_pct can be 1.
+[quality]
+depth_sigma_pct = 3.0 # largest 1 sigma of a depth: a factory knows 2 m to about 1 %
+""",
+)
 
 _SWEEP = """\
 [target]
@@ -49,14 +89,7 @@ count = 17
 samples = 5
 settle_s = 0.4    # rig check says whether it is enough
 
-# Slopes that the scene can have, px per view step: pitch_mm * focal_px / distance for cameras that
-# look straight ahead, less the same at the focus distance for others. Narrow is faster and safer.
-[slopes]
-range_px = [{low_px}, {high_px}]
-
-# A run that misses one of these ends with exit code 3. Without a geometric calibration be generous.
-[quality]
-holdout_rms_pct = 0.2
+{slopes}holdout_rms_pct = 0.2
 holdout_max_pct = 0.5
 line_rms_px = 0.5 # corners beside their epipolar lines: `rig calibrate` makes the views rectified
 """
@@ -93,28 +126,33 @@ def profile_text(recipe: Recipe) -> str:
             advice="write further [[views]] by hand",
         )
     camera = camera_template(recipe.camera)
-    names = tuple(PLACES)[: recipe.views]
+    built_in = camera.built_in
+    if built_in is not None and recipe.views == len(built_in.places):
+        words, pitch_mm, places = _BUILT_IN, built_in.pitch_mm, built_in.places
+    else:
+        words, pitch_mm, places = _MEASURED, _PITCH_MM, PLACES
+    names = tuple(places)[: recipe.views]
     width_px, height_px = 1280, 800
-    slope_px = _PITCH_MM * _FOCAL_PER_WIDTH * width_px
+    slope_px = pitch_mm * _FOCAL_PER_WIDTH * width_px
     parts = [
         _HEAD.format(
             name=recipe.name,
+            next=words.next.format(name=recipe.name),
             description=f"{recipe.views} {camera.title}, {recipe.stage or 'no'} stage",
             notes="".join(f"# {note}\n" for note in recipe.notes),
-            pitch_mm=_PITCH_MM,
+            pitch_mm=pitch_mm,
+            pitch_note=words.pitch,
+            places_note=words.places,
         ),
-        *(_view(name) for name in names),
+        *(_view(name, places[name]) for name in names),
         camera.section(NewCamera(names, recipe.cameras, width_px, height_px)),
     ]
     if recipe.stage is not None:
         stage = stage_template(recipe.stage)
         parts.append(stage.section(NewStage(recipe.stages, _NEAR_MM, _FAR_MM)))
     low_px, high_px = slope_px / _FAR_MM / _ROOM, slope_px / _NEAR_MM * _ROOM
-    parts.append(
-        _SWEEP.format(
-            near_mm=_NEAR_MM, far_mm=_FAR_MM, low_px=round(low_px), high_px=round(high_px)
-        )
-    )
+    slopes = words.slopes.format(low_px=round(low_px), high_px=round(high_px), near_mm=_NEAR_MM)
+    parts.append(_SWEEP.format(near_mm=_NEAR_MM, far_mm=_FAR_MM, slopes=slopes))
     return "\n".join(parts)
 
 
@@ -159,7 +197,8 @@ def _without_template(noun: str, kind: str, known: tuple[str, ...]) -> ConfigErr
     )
 
 
-def _view(name: str) -> str:
-    x_steps, y_steps = PLACES[name]
-    comment = " # the reference: depth counts from its optical centre" if name == "centre" else ""
+def _view(name: str, place: tuple[float, float]) -> str:
+    x_steps, y_steps = place
+    is_reference = place == (0.0, 0.0)
+    comment = " # the reference: depth counts from its optical centre" if is_reference else ""
     return f'[[views]]\nname = "{name}"{comment}\nx_steps = {x_steps}\ny_steps = {y_steps}\n'

@@ -200,6 +200,8 @@ class WorldConfig(Model):
     """Noise and grey levels."""
     view_errors: dict[str, ViewErrorConfig] = Field(default_factory=dict)
     """By view name: how the true camera differs from the ideal one."""
+    eeprom: bool = False
+    """Whether a simulated OAK device holds a calibration of its true cameras."""
     carriage: CarriageConfig
     """Mechanics of the stage."""
     firmware: FirmwareConfig = FirmwareConfig()

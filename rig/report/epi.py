@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar import Label, SlopePrior, estimate_slopes
-from rig.profile import Profile
 from rig.report.evidence import Picture
 
 PRIOR_SIGMA_PX = 0.1
@@ -68,17 +67,21 @@ class _Scene:
     """Of the centre of the board."""
 
 
-def board_epis(profile: Profile, picture: Picture) -> tuple[Epi, ...]:
+def board_epis(range_px: tuple[float, float], picture: Picture) -> tuple[Epi, ...]:
     """Return the H and the V epipolar-plane image through the middle of a board.
 
     On the board slopes come from the plane that was fitted to it, beside it from the dense
     estimator, which also labels occlusions. An image of one view only is left out.
+
+    Args:
+        range_px: slopes that are searched beside the board.
+        picture: of the board.
     """
     views = picture.views
     inside, plane_px = _board(picture, views.shape)
     hypothesis_px = np.where(inside, plane_px, np.nan).astype(np.float32)
     prior = SlopePrior(hypothesis_px, np.full(views.shape, PRIOR_SIGMA_PX, np.float32))
-    dense = estimate_slopes(views, profile.slopes.range_px, prior)
+    dense = estimate_slopes(views, range_px, prior)
     slope_px = np.where(inside, plane_px, dense.slope_px).astype(np.float32)
     sign = np.where(slope_px > 0, Label.NEARER, Label.BEYOND)
     label = np.where(dense.label == Label.OCCLUSION, Label.OCCLUSION, sign).astype(np.uint8)

@@ -69,6 +69,8 @@ class Evidence:
     failures: tuple[FailedPicture, ...]
     frames_root: str
     """Folder of the sweep's frames, relative to the root of all frames."""
+    range_px: tuple[float, float]
+    """Slopes that captures search."""
 
 
 def gather(store: Store, result: SweepResult) -> Evidence:
@@ -95,6 +97,7 @@ def gather(store: Store, result: SweepResult) -> Evidence:
         ),
         failures=_failures(store, run.profile, samples, measurements),
         frames_root=sweep.folder.relative_to(store.frames).as_posix(),
+        range_px=run.range_px,
     )
 
 

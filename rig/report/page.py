@@ -108,7 +108,7 @@ def _figures(evidence: Evidence, gaps: list[EstimatorGap]) -> dict[str, str | No
     fit = result.fit
     limit_pct = profile.quality.holdout_max_pct
     points = tuple(stop.point for stop in result.stops if stop.point is not None)
-    epis = [(p.sample.reached_mm, board_epis(profile, p)) for p in pictures]
+    epis = [(p.sample.reached_mm, board_epis(evidence.range_px, p)) for p in pictures]
     return {
         "slope": slope_figure(fit, points),
         "residuals": residual_figure(fit),

@@ -42,12 +42,14 @@ def new_sweep(
         calibration: number of the calibration to use, `none`, or None for the newest of the rig.
 
     Raises:
-        ConfigError: the profile lacks a part, the distances make no plan, or the calibration is of
-            another rig.
+        ConfigError: the profile lacks a part, the distances make no plan, the calibration is of
+            another rig, or `slopes.range_mm` is given and no calibration tells which slopes it is.
         StageLimitError: a distance lies outside the travel; nothing has moved.
     """
     stops, samples = plan_of(profile, request)
-    return SweepJob(open_run(store, profile, calibration, "none"), stops, samples)
+    run = open_run(store, profile, calibration, "none")
+    run.require_range()
+    return SweepJob(run, stops, samples)
 
 
 def resumed_sweep(store: "Store", profile: Profile, sweep_id: int | None) -> SweepJob:

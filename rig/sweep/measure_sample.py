@@ -11,6 +11,7 @@ from rig.errors import SlopeError, TargetError
 from rig.frames import GreyImage
 from rig.measurement import Failure, Measurement, Point
 from rig.optics.optics import Optics
+from rig.optics.search_range import search_range_px
 from rig.optics.target import target_of
 from rig.profile import Profile
 from rig.sweep.request import sweep_setup
@@ -31,6 +32,9 @@ def measure_sample(profile: Profile, optics: Optics, images: GreyImage) -> Measu
 
     Returns:
         Slopes at the centre of the board; or why there are none.
+
+    Raises:
+        ConfigError: the profile gives distances, and the optics do not tell which slopes these are.
     """
     board = target_of(sweep_setup(profile).target)
     try:
@@ -42,7 +46,7 @@ def measure_sample(profile: Profile, optics: Optics, images: GreyImage) -> Measu
         return Measurement(failure=Failure("no-slope", str(error)))
     views = optics.views(images)
     height, width = views.shape
-    dense = _dense_slope(views, profile.slopes.range_px, slope)
+    dense = _dense_slope(views, search_range_px(profile, optics), slope)
     return Measurement(
         slope_px=slope.slope_px,
         sigma_px=slope.sigma_px,

@@ -6,10 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from rig.factory import FactoryCamera
 from rig.frames import GreyImage
 from rig.profile import OakCameraConfig
 from rig_sim.noise import Exposure
+from rig_sim.optics import TrueCamera
 from rig_sim.pictures import Exposures
 from rig_sim.world import World
 
@@ -84,6 +87,18 @@ class SimOakRack:
         """Name of the simulated rig and of the device."""
         return f"{self._world.profile.name} {self._device.removeprefix('sim://')}"
 
+    @property
+    def factory_calibration(self) -> tuple[FactoryCamera, ...] | None:
+        """The true cameras as its EEPROM holds them; None where the world leaves it empty."""
+        if not self._world.config.eeprom:
+            return None
+        names = [view.name for view in self._world.profile.views]
+        cameras = dict(zip(names, self._world.moment(0.0).cameras, strict=True))
+        first, *_ = chosen = [
+            cameras[name] for name in names if self._views is None or name in self._views
+        ]
+        return tuple(factory_camera(camera, first) for camera in chosen)
+
     def sources(self) -> Mapping[str, "SimSensor"]:
         """Return the sensors by view name, switched on now."""
         self._light.on(0, self._world.clock.now_s())  # the first drawing takes longest
@@ -106,6 +121,31 @@ class SimOakRack:
         if self._config.sync not in ("external", "ptp"):
             return now_s
         return math.ceil(now_s * self._config.rate_hz) / self._config.rate_hz
+
+
+def factory_camera(camera: TrueCamera, first: TrueCamera) -> FactoryCamera:
+    """Return a true camera as an EEPROM tells it, in single precision.
+
+    Args:
+        camera: the view.
+        first: the view whose frame places are told in.
+    """
+    away_mm = np.asarray(camera.position_mm) - np.asarray(first.position_mm)
+    f, (cx, cy) = camera.focal_px, camera.centre_px
+    return FactoryCamera(
+        camera.view,
+        camera.width_px,
+        camera.height_px,
+        _single(((f, 0.0, cx), (0.0, f, cy), (0.0, 0.0, 1.0))),
+        tuple(np.float32(k).item() for k in camera.distortion),
+        False,
+        _single(first.rotation.T @ camera.rotation),
+        tuple(np.float32(x).item() for x in first.rotation.T @ away_mm),
+    )
+
+
+def _single(matrix: ArrayLike) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(row) for row in np.asarray(matrix, np.float32).tolist())
 
 
 class _Light:

@@ -1,5 +1,6 @@
 """One run, looked up once: what a verb opens, who asks the store, and who is returned to."""
 
+import json
 import sys
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -10,7 +11,7 @@ from types import FrameType
 import cv2
 import pytest
 
-from rig.database import Store
+from rig.database import Store, open_store
 from rig.errors import ConfigError, CurveError, StoreError
 from rig.geometry.rig_geometry_json import geometry_to_json
 from rig.optics.calibrated import CalibratedOptics
@@ -86,7 +87,7 @@ def shelf(tmp_path: Path) -> Path:
     return path
 
 
-def calibrated(store: Store, profile: Profile | None = None) -> int:
+def calibrated(store: Store, profile: Profile | None = None, *, active: bool = False) -> int:
     """Store the true geometry of the simulated rig with faults as a calibration."""
     rig = SmallRig(name="sim-real", overrides=BENCH)
     geometry = true_geometry(rig.profile, rig.world.moment(0.0))
@@ -99,7 +100,7 @@ def calibrated(store: Store, profile: Profile | None = None) -> int:
         devices={},
         temperature_degc=None,
         image_size_px=(SCENE.width, SCENE.height),
-        active=False,
+        active=active,
     )
 
 
@@ -109,11 +110,37 @@ def test_a_capture_opens_the_database_once_and_its_verb_only_prints(
     with traced("capture") as trace:
         answer = rig("capture", shelf, "--frames", 1, "--db", sqlite_url(tmp_path), "--json")
     assert answer.code == 0, answer.err
-    assert Path(answer.json["out"]).parent == tmp_path / "captures"
+    folder = Path(answer.json["out"])
+    assert folder.parent == tmp_path / "captures"
+    curve = answer.json["curve"]
+    assert (curve["id"], curve["source"], curve["proven"]) == (1, "sweep 1", True)
+    assert "alone" not in answer.err
+    (line,) = (folder / "frames.jsonl").read_text().splitlines()
+    assert json.loads(line)["curve_source"] == "sweep 1"
     assert trace.opened == 1
     assert trace.askers == {"rig.stored"}
     assert trace.called[0] == "load_profile"
     assert trace.called[-1] == "capture_on_rig"
+
+
+def test_a_capture_by_a_calibration_alone_says_so(rig: Command, shelf: Path, tmp_path: Path):
+    with open_store(sqlite_url(tmp_path / "other")) as store:
+        number = calibrated(store, active=True)
+    url = sqlite_url(tmp_path / "other")
+    wide = ("--set", "slopes.range_mm=[300, 2000]", "--set", "quality.depth_sigma_pct=5")
+    answer = rig("capture", shelf, "--frames", 1, "--db", url, "--json", *wide)
+    assert answer.code == 0, answer.err
+    said, *_ = answer.err.splitlines()
+    assert said.startswith(f"depth by calibration {number} alone, not proven: +-")
+    assert said.endswith("; `rig sweep bench` proves it")
+    curve = answer.json["curve"]
+    assert (curve["id"], curve["source"], curve["proven"]) == (None, f"calibration {number}", False)
+    assert curve["valid_mm"][0] >= 300.0
+    assert curve["valid_mm"][1] <= 2000.0
+    plain = rig("capture", shelf, "--frames", 1, "--db", url, *wide)
+    assert f"depth (the curve of calibration {number}, not proven: +-" in plain.out
+    slopes = rig("capture", shelf, "--frames", 1, "--db", url, "--slopes-only", "--json", *wide)
+    assert slopes.json["curve"] is None
 
 
 def test_a_check_opens_the_database_once_and_its_verb_only_prints(

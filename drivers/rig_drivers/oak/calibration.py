@@ -1,11 +1,12 @@
 """What a device's EEPROM says about its sensors, in millimetres."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import cast
 
 from rig.errors import ConfigError
+from rig.factory import FactoryCamera
 from rig_drivers.oak.board import board_socket
 from rig_drivers.oak.sdk import dai
 
@@ -45,6 +46,54 @@ def sensor_calibrations(
     """
     names = list(sockets)
     return tuple(_sensor(handler, name, names[0]) for name in names)
+
+
+def factory_cameras(
+    handler: dai.CalibrationHandler, sockets: Mapping[str, str], size_px: tuple[int, int]
+) -> tuple[FactoryCamera, ...] | None:
+    """Return what the EEPROM says of the sensors of a rig, for pictures of a size.
+
+    A device makes smaller pictures by scaling its sensor's, cut about the middle where the shape is
+    another.
+
+    Args:
+        handler: of the device.
+        sockets: by view name, the first is what places refer to.
+        size_px: width and height of the pictures.
+
+    Returns:
+        None where it holds no calibration of one of them.
+    """
+    try:
+        sensors = sensor_calibrations(handler, sockets.values())
+    except ConfigError:
+        return None
+    return tuple(
+        FactoryCamera(
+            view,
+            *size_px,
+            _scaled(sensor, size_px),
+            sensor.distortion,
+            sensor.model.upper() == "FISHEYE",
+            sensor.rotation,
+            sensor.translation_mm,
+        )
+        for view, sensor in zip(sockets, sensors, strict=True)
+    )
+
+
+def _scaled(sensor: SensorCalibration, size_px: tuple[int, int]) -> tuple[tuple[float, ...], ...]:
+    """The camera matrix of smaller pictures; pixel centres are at integers in both."""
+    (fx, skew, cx), (_, fy, cy), last = sensor.camera_matrix_px
+    width_px, height_px = size_px
+    scale = max(width_px / sensor.width_px, height_px / sensor.height_px)
+    cut_x_px = (sensor.width_px * scale - width_px) / 2.0
+    cut_y_px = (sensor.height_px * scale - height_px) / 2.0
+    return (
+        (fx * scale, skew * scale, (cx + 0.5) * scale - 0.5 - cut_x_px),
+        (0.0, fy * scale, (cy + 0.5) * scale - 0.5 - cut_y_px),
+        last,
+    )
 
 
 def calibration_fields(handler: dai.CalibrationHandler, sockets: Iterable[str]) -> dict[str, str]:

@@ -13,6 +13,7 @@ from rig.errors import (
     DeviceNotFoundError,
     ViewSkewError,
 )
+from rig.factory import FactoryCamera
 from rig.frames import Frame, MultiView
 from rig.profile import OakCameraConfig
 from rig_drivers.oak.controls import Controls
@@ -67,6 +68,11 @@ class OakCamera:
     def identity(self) -> Mapping[str, str]:
         """See `Device.identity`."""
         return self._sensors.identity
+
+    @property
+    def factory_calibration(self) -> Sequence[FactoryCamera] | None:
+        """See `rig.factory.FactoryCalibrated`."""
+        return self._sensors.factory_calibration
 
     @property
     def views(self) -> tuple[str, ...]:

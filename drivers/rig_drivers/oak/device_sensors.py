@@ -1,14 +1,15 @@
 """Sensors of a real device."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Self
 
 from rig.errors import DeviceLostError
+from rig.factory import FactoryCamera
 from rig.profile import OakCameraConfig
 from rig_drivers.oak.bandwidth import link_of, require_bandwidth
 from rig_drivers.oak.board import camera_outputs, device_config, require_sensors
-from rig_drivers.oak.calibration import calibration_fields
+from rig_drivers.oak.calibration import calibration_fields, factory_cameras
 from rig_drivers.oak.discovery import open_oak
 from rig_drivers.oak.sdk import dai
 
@@ -59,6 +60,23 @@ class DeviceSensors:
     def identity(self) -> Mapping[str, str]:
         """See `Sensors.identity`; with link, sensors, and the factory calibration in mm."""
         return dict(self._identity)
+
+    @property
+    def factory_calibration(self) -> Sequence[FactoryCamera] | None:
+        """See `Sensors.factory_calibration`: what its EEPROM holds.
+
+        Raises:
+            DeviceLostError: it is not open, or stopped answering.
+        """
+        size_px = self._config.width_px, self._config.height_px
+        try:
+            return factory_cameras(self._opened().readCalibration(), self._sockets, size_px)
+        except RuntimeError as error:
+            raise DeviceLostError(
+                self.name,
+                f"does not tell its calibration ({error})",
+                advice="plug it in again",
+            ) from error
 
     def pipeline(self) -> dai.Pipeline:
         """See `Sensors.pipeline`; the library must not touch the device's calibration by itself."""

@@ -1,11 +1,12 @@
 """Sensors without a device: frames from any source, sent by host nodes into a real pipeline."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import timedelta
 from typing import Protocol, Self
 
 import numpy as np
 
+from rig.factory import FactoryCamera
 from rig.frames import GreyImage
 from rig_drivers.oak.guarded_node import Failures, GuardedNode
 from rig_drivers.oak.raw10 import pack_raw10
@@ -75,6 +76,11 @@ class SourceRack(Protocol):
         """What tells this rack from another one."""
         ...
 
+    @property
+    def factory_calibration(self) -> Sequence[FactoryCamera] | None:
+        """What a device with these sensors would hold of them; None for nothing."""
+        ...
+
     def sources(self) -> Mapping[str, FrameSource]:
         """Return new sources by view name; their frames count from 0."""
         ...
@@ -107,6 +113,11 @@ class HostSensors:
             "serial": self._rack.serial,
             "depthai": dai.__version__,
         }
+
+    @property
+    def factory_calibration(self) -> Sequence[FactoryCamera] | None:
+        """See `Sensors.factory_calibration`."""
+        return self._rack.factory_calibration
 
     def pipeline(self) -> dai.Pipeline:
         """See `Sensors.pipeline`."""

@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING, Protocol, cast
 from rig.devices import Camera
 from rig.discovery import FoundDevice, Search
 from rig.profile import OakCameraConfig
-from rig.profile.kinds import CameraKind, CameraTemplate, NewCamera, Surroundings
+from rig.profile.kinds import BuiltIn, CameraKind, CameraTemplate, NewCamera, Surroundings
 
 if TYPE_CHECKING:
     from rig_drivers.oak.host_sensors import SourceRack
     from rig_drivers.oak.sensors import Sensors
 
+_PAIR = ("CAM_B", "CAM_C")
+_PAIR_PLACES, _PAIR_MM = {"left": (0.0, 0.0), "right": (1.0, 0.0)}, 75.0
+"""The monochrome pair of an OAK-D and its kin, seen from behind."""
 _SOCKETS = ("CAM_A", "CAM_B", "CAM_C", "CAM_D", "CAM_E")
 _SECTION = """\
 [camera]
@@ -86,7 +89,7 @@ def _find(timeout_s: float) -> Sequence[FoundDevice]:
 
 
 def _section(new: NewCamera) -> str:
-    pairs = zip(new.views, _SOCKETS, strict=False)
+    pairs = zip(new.views, _PAIR if new.views == tuple(_PAIR_PLACES) else _SOCKETS, strict=False)
     return _SECTION.format(
         device=json.dumps(new.devices[0] if new.devices else ""),
         width_px=new.width_px,
@@ -101,5 +104,7 @@ OAK = CameraKind(
     config=OakCameraConfig,
     open=_open,
     search=Search("oak", "camera.device", _find, "OAK cameras"),
-    template=CameraTemplate("OAK sensors", _section, views=2),
+    template=CameraTemplate(
+        "OAK sensors", _section, views=2, built_in=BuiltIn(_PAIR_MM, _PAIR_PLACES)
+    ),
 )

@@ -1,8 +1,10 @@
 """The seam: where streams come from; nothing behind it knows whether there is a device."""
 
+from collections.abc import Sequence
 from typing import Protocol
 
 from rig.devices import Device
+from rig.factory import FactoryCamera
 from rig_drivers.oak.sdk import dai
 
 
@@ -12,6 +14,11 @@ class Sensors(Device, Protocol):
     @property
     def name(self) -> str:
         """Name of the device in messages."""
+        ...
+
+    @property
+    def factory_calibration(self) -> Sequence[FactoryCamera] | None:
+        """What the open device says of its sensors; None where it holds nothing."""
         ...
 
     def pipeline(self) -> dai.Pipeline:

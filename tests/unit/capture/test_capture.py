@@ -343,5 +343,6 @@ def test_a_curve_that_is_replaced_meanwhile_is_told_and_the_run_keeps_its_own(tm
             lambda *_: None,
             told.append,
         )
-        assert summary.curve_id == first
+        assert summary.curve is not None
+        assert summary.curve.id == first
         assert [line.removesuffix(" to its end") for line in told] == lines

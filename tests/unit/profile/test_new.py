@@ -61,6 +61,23 @@ def test_an_oak_is_named_by_its_id_and_a_zaber_by_its_adapter():
     assert profile.stage.kind == "zaber"
 
 
+def test_an_oak_of_two_is_its_pair_that_knows_itself_and_looks_for_distances():
+    recipe = recipe_for("b", [found("oak", "18443010")], camera=None, views=None, stage=None)
+    profile = parse_profile(tomllib.loads(profile_text(recipe)), source="new")
+    assert isinstance(profile.camera, OakCameraConfig)
+    assert profile.camera.sockets == {"left": "CAM_B", "right": "CAM_C"}
+    assert profile.camera.may_hold_calibration
+    assert profile.pitch_mm == 75.0
+    assert [(view.x_steps, view.y_steps) for view in profile.views] == [(0.0, 0.0), (1.0, 0.0)]
+    assert profile.slopes.range_mm == (400.0, 4000.0)
+    assert profile.quality.depth_sigma_pct == 3.0
+    more = recipe_for("b", [found("oak", "18443010")], camera=None, views=3, stage=None)
+    board = parse_profile(tomllib.loads(profile_text(more)), source="new")
+    assert isinstance(board.camera, OakCameraConfig)
+    assert list(board.camera.sockets.values()) == ["CAM_A", "CAM_B", "CAM_C"]
+    assert board.slopes.range_px == (41.0, 192.0)
+
+
 def test_cameras_that_are_too_many_are_named_in_a_comment():
     recipe = recipe_for(
         "b", [found("v4l2", "/dev/a", "/dev/b", "/dev/c")], camera=None, views=2, stage=None

@@ -181,3 +181,10 @@ def test_lines_to_measure_are_counted_from_one():
     two = doubted(text="# MEASURE\nb\nc # what to MEASURE\n# lines that say MEASURE\n")
     assert list(two) == ["lines 1, 3"]
     assert doubted(text="measure = 1 # remeasured\n") == {}
+
+
+def test_a_range_replaces_the_other_kind_of_range():
+    profile = load_profile("sim", ["slopes.range_mm=[400, 1200]"])
+    assert (profile.slopes.range_px, profile.slopes.range_mm) == (None, (400.0, 1200.0))
+    back = load_profile("sim", ["slopes.range_mm=[400, 1200]", "slopes.range_px=[-3, 4]"])
+    assert (back.slopes.range_px, back.slopes.range_mm) == ((-3.0, 4.0), None)

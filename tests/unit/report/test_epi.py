@@ -15,6 +15,11 @@ from tests.support.board_images import BoardScene, digitised
 from tests.support.sweeps import SCENE, bench_profile
 
 
+def range_of(profile: Profile) -> tuple[float, float]:
+    assert profile.slopes.range_px is not None
+    return profile.slopes.range_px
+
+
 def picture_of(scene: BoardScene, profile: Profile) -> Picture:
     rng = np.random.default_rng(3)
     images = [
@@ -68,7 +73,7 @@ def test_lines_follow_the_edges_of_a_tilted_board_through_all_views(
     profile = bench_profile()
     scene = SCENE.with_changes(distance_mm=distance_mm, tilt_deg=(4.0, -9.0, 1.0))
     picture = picture_of(scene, profile)
-    horizontal, vertical = board_epis(profile, picture)
+    horizontal, vertical = board_epis(range_of(profile), picture)
     assert (horizontal.kind, vertical.kind) == ("H", "V")
     assert horizontal.steps == (-1.06, 0.0, 0.93)
     assert vertical.steps == (-0.95, 0.0, 1.08)
@@ -92,7 +97,7 @@ def test_a_column_that_runs_along_an_edge_is_avoided() -> None:
     # Nine corners across: the middle of the board lies on a corner line.
     profile = bench_profile()
     scene = SCENE.with_changes(distance_mm=500.0)
-    _, vertical = board_epis(profile, picture_of(scene, profile))
+    _, vertical = board_epis(range_of(profile), picture_of(scene, profile))
     side_px = SCENE.focal_px * SCENE.square_mm / 500.0
     away_px = abs(vertical.line_px - scene.centre()[0])
     assert 0.1 * side_px < away_px < 0.9 * side_px
@@ -102,4 +107,4 @@ def test_one_view_makes_no_epi() -> None:
     profile = bench_profile()
     row = profile.model_copy(update={"views": profile.views[:3]})
     scene = SCENE.with_changes(distance_mm=600.0)
-    assert [epi.kind for epi in board_epis(row, picture_of(scene, row))] == ["H"]
+    assert [epi.kind for epi in board_epis(range_of(row), picture_of(scene, row))] == ["H"]

@@ -134,3 +134,22 @@ def test_no_device_is_an_error_of_ours_and_a_closed_one_gives_nothing():
         sensors.pipeline()
     assert sensors.identity["kind"] == "oak"
     assert sensors.failure() is not None
+
+
+def test_its_own_calibration_is_read_from_the_open_device_and_missed_without():
+    sensors = DeviceSensors(oak_config(width_px=640, height_px=400), "", PAIR)
+    with pytest.raises(DeviceLostError, match="is not open"):
+        _ = sensors.factory_calibration
+    sensors._device = as_device(FakeDevice())
+    known = sensors.factory_calibration
+    assert known is not None
+    assert [camera.view for camera in known] == ["left", "right"]
+    assert known[0].matrix_px[0][0] == pytest.approx(400.0)
+
+    class Broken(FakeDevice):
+        def readCalibration(self) -> dai.CalibrationHandler:  # noqa: N802
+            raise RuntimeError("X_LINK_ERROR")
+
+    sensors._device = as_device(Broken())
+    with pytest.raises(DeviceLostError, match="does not tell its calibration"):
+        _ = sensors.factory_calibration

@@ -59,6 +59,8 @@ faulthandler.dump_traceback_later(40, exit=True)
 
 class Flood:
     serial = "flood"
+    factory_calibration = None
+
     def sources(self):
         return {view: Flood() for view in "abc"}
     count = 0
