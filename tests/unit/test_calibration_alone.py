@@ -26,6 +26,8 @@ from rig.profile import Profile
 from rig.profile.load import load_profile
 from rig.run import Run, RunCurve
 from rig.stored import open_run
+from rig.sweep.job import new_sweep
+from rig.sweep.request import SweepRequest
 from tests.support.cameras import SmallRig
 from tests.support.geometry import true_geometry
 from tests.support.stores import sqlite_url
@@ -259,6 +261,17 @@ def test_distances_that_nothing_turns_into_slopes_are_refused_with_what_does():
     assert "`rig calibrate sim`" in refused.value.advice
     assert "slopes.range_px" in refused.value.advice
     assert Run(load_profile("sim"), run.optics).range_px == (-18.0, 30.0)
+
+
+def test_a_sweep_of_distances_that_nothing_turns_into_slopes_ends_before_anything_moves(
+    tmp_path: Path,
+):
+    profile = load_profile("sim", ["slopes.range_mm=[400.0, 1200.0]"])
+    with (
+        open_store(sqlite_url(tmp_path)) as store,
+        pytest.raises(ConfigError, match=r"slopes.range_mm = \[400, 1200\] asked for"),
+    ):
+        new_sweep(store, profile, SweepRequest())
 
 
 def test_rows_that_miss_make_a_calibration_alone_less_sure_and_refuse_nothing():
