@@ -62,6 +62,8 @@ class RunCurve:
     """Where it comes from."""
     row_errors: RowErrors | None = None
     """What the rows of the views missed by when it was made; None where nobody looked."""
+    holdout_rms_mm: float | None = None
+    """Rms error of the board's plane at the distances that its fit has not seen; None without."""
 
     @property
     def title(self) -> str:
@@ -157,7 +159,14 @@ def find_curve(store: "Store", run: Run, curve_id: int | None = None) -> RunCurv
     stored = store.active_curve(run.profile.name) if curve_id is None else store.curve(curve_id)
     require_matching(run, stored_profile(store.sweep(stored.sweep_id)), stored)
     rows = None if stored.row_errors is None else ROW_ERRORS_JSON.from_json(stored.row_errors)
-    return RunCurve(stored.id, Curve.from_json(stored.curve), stored.sweep_id, rows)
+    rms_mm = stored.holdout.get("rms_mm")
+    return RunCurve(
+        stored.id,
+        Curve.from_json(stored.curve),
+        stored.sweep_id,
+        rows,
+        None if rms_mm is None else float(rms_mm),
+    )
 
 
 def stored_profile(stored: Sweep | StoredCalibration) -> Profile:

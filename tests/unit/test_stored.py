@@ -10,7 +10,7 @@ from types import FrameType
 import cv2
 import pytest
 
-from rig.database import Store
+from rig.database import Store, open_store
 from rig.errors import ConfigError, CurveError, StoreError
 from rig.geometry.rig_geometry_json import geometry_to_json
 from rig.optics.calibrated import CalibratedOptics
@@ -114,6 +114,10 @@ def test_a_capture_opens_the_database_once_and_its_verb_only_prints(
     assert trace.askers == {"rig.stored"}
     assert trace.called[0] == "load_profile"
     assert trace.called[-1] == "capture_on_rig"
+    with open_store(sqlite_url(tmp_path)) as store:
+        stored = store.active_curve("bench")
+    assert answer.json["board_plane_rms_mm"] == stored.holdout["rms_mm"] > 0.0
+    assert answer.json["valid_mm"] == stored.curve["valid_mm"]
 
 
 def test_a_check_opens_the_database_once_and_its_verb_only_prints(
