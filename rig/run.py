@@ -35,6 +35,8 @@ class RunCurve:
     """The calibration that it follows from, without any sweep: `factory` or `calibration 3`."""
     proven_mm: tuple[float, float] | None = None
     """Where it would be valid if `slopes.range_mm` did not end it earlier."""
+    holdout_rms_mm: float | None = None
+    """Rms error of the board's plane at the distances that its fit has not seen; None without."""
 
     @property
     def title(self) -> str:

@@ -139,7 +139,14 @@ def find_curve(store: "Store", run: Run, curve_id: int | None = None) -> RunCurv
     stored = store.active_curve(run.profile.name) if curve_id is None else store.curve(curve_id)
     require_matching(run, stored_profile(store.sweep(stored.sweep_id)), stored)
     rows = None if stored.row_errors is None else ROW_ERRORS_JSON.from_json(stored.row_errors)
-    return RunCurve(stored.id, Curve.from_json(stored.curve), stored.sweep_id, rows)
+    rms_mm = stored.holdout.get("rms_mm")
+    return RunCurve(
+        stored.id,
+        Curve.from_json(stored.curve),
+        stored.sweep_id,
+        rows,
+        holdout_rms_mm=None if rms_mm is None else float(rms_mm),
+    )
 
 
 def stored_profile(stored: Sweep | StoredCalibration) -> Profile:

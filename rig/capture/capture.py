@@ -71,6 +71,8 @@ class CaptureSummary:
     valid_pct: float
     valid_mm: tuple[float, float] | None
     """Range of the curve: nothing nearer or farther has a depth. None for slopes only."""
+    board_rms_mm: float | None
+    """Rms error of the board's plane at held-out distances, as the curve's sweep found it."""
     median_k2: float | None
     """See `Precision.median_k2`."""
     sure_pct: float | None
@@ -154,6 +156,7 @@ def capture_depth(
         outputs=outputs.summaries,
         valid_pct=tally.valid_pct,
         valid_mm=None if run.curve is None else run.curve.curve.valid_mm,
+        board_rms_mm=None if run.curve is None else run.curve.holdout_rms_mm,
         median_k2=tally.precision.median_k2,
         sure_pct=tally.precision.sure_pct(tally.frames),
         time_ns=tally.time_ns,

@@ -9,7 +9,11 @@ if TYPE_CHECKING:
 def precision_as_dict(summary: "CaptureSummary") -> dict[str, object]:
     """Return what `--json` prints: of depth, or of slopes where there is none."""
     if summary.valid_mm is not None:
-        return {"median_k2_mm": summary.median_k2, "valid_mm": list(summary.valid_mm)}
+        return {
+            "median_k2_mm": summary.median_k2,
+            "valid_mm": list(summary.valid_mm),
+            "board_plane_rms_mm": summary.board_rms_mm,
+        }
     from rig.capture.precision import SURE_PX
 
     return {
@@ -27,7 +31,11 @@ def precision_in_words(summary: "CaptureSummary") -> str:
         if summary.median_k2 is not None:
             digits = ".0f" if summary.median_k2 >= 10.0 else ".2g"
             pixel = f"one pixel (median) +-{summary.median_k2:{digits}} mm, k=2"
-        return f"valid {near_m:.2f}-{far_m:.2f} m, {pixel}"
+        board = ""
+        if summary.board_rms_mm is not None:
+            rms_mm = f"{summary.board_rms_mm:.2g} mm rms"
+            board = f"; board plane in its sweep {rms_mm} at held-out distances"
+        return f"valid {near_m:.2f}-{far_m:.2f} m, {pixel}{board}"
     from rig.capture.precision import SURE_PX
 
     if summary.median_k2 is None or summary.sure_pct is None:

@@ -116,6 +116,10 @@ def export(
     1e-6 px of where the original does. Lengths are in the unit of the format: m for ros, kalibr,
     mrcal and colmap, cm for depthai, mm for the others.
     """
+    from rig.errors import ConfigError
+    from rig.export.formats import exporter_for
+    from rig.export.stored import export_stored
+
     options = {
         "refit": refit or None,
         "socket": pairs("--socket", sockets) or None,
@@ -128,25 +132,10 @@ def export(
         "frames": frames,
     }
     given: dict[str, object] = {name: value for name, value in options.items() if value is not None}
-    if source.isdecimal():
-        _export_number(int(source), target, given, out, database, as_json=as_json)
-    else:
+    if not source.isdecimal():
         _export_capture(Path(source), target, given, out, as_json=as_json)
-
-
-def _export_number(
-    number: int,
-    target: str,
-    given: dict[str, object],
-    out: Path | None,
-    database: str | None,
-    *,
-    as_json: bool,
-) -> None:
-    from rig.errors import ConfigError
-    from rig.export.formats import exporter_for
-    from rig.export.stored import export_stored
-
+        return
+    number = int(source)
     if number < 1:
         raise typer.BadParameter(f"ID {number}: numbers begin with 1")
     try:

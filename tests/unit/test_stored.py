@@ -121,6 +121,10 @@ def test_a_capture_opens_the_database_once_and_its_verb_only_prints(
     assert trace.askers == {"rig.stored"}
     assert trace.called[0] == "load_profile"
     assert trace.called[-1] == "capture_on_rig"
+    with open_store(sqlite_url(tmp_path)) as store:
+        stored = store.active_curve("bench")
+    assert answer.json["board_plane_rms_mm"] == stored.holdout["rms_mm"] > 0.0
+    assert answer.json["valid_mm"] == stored.curve["valid_mm"]
 
 
 def test_a_capture_by_a_calibration_alone_says_so(rig: Command, shelf: Path, tmp_path: Path):

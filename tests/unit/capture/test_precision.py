@@ -59,7 +59,12 @@ def test_sure_slopes_are_counted_among_all_pixels(frame: Any):
 
 
 def summary(**values: object) -> Any:
-    plain = {"valid_mm": (400.0, 2500.0), "median_k2": 1.84, "sure_pct": 81.26}
+    plain = {
+        "valid_mm": (400.0, 2500.0),
+        "median_k2": 1.84,
+        "sure_pct": 81.26,
+        "board_rms_mm": None,
+    }
     return SimpleNamespace(**{**plain, **values})
 
 
@@ -67,6 +72,11 @@ def summary(**values: object) -> Any:
     ("values", "says"),
     [
         ({}, "valid 0.40-2.50 m, one pixel (median) +-1.8 mm, k=2"),
+        (
+            {"board_rms_mm": 0.041},
+            "valid 0.40-2.50 m, one pixel (median) +-1.8 mm, k=2; board plane in its sweep "
+            "0.041 mm rms at held-out distances",
+        ),
         ({"median_k2": 12.3}, "valid 0.40-2.50 m, one pixel (median) +-12 mm, k=2"),
         ({"median_k2": None}, "valid 0.40-2.50 m, no pixel has an answer"),
         (
@@ -82,7 +92,11 @@ def test_precision_is_told_in_words(values: dict[str, object], says: str):
 
 
 def test_programs_get_depth_or_slopes():
-    assert precision_as_dict(summary()) == {"median_k2_mm": 1.84, "valid_mm": [400.0, 2500.0]}
+    assert precision_as_dict(summary(board_rms_mm=0.04)) == {
+        "median_k2_mm": 1.84,
+        "valid_mm": [400.0, 2500.0],
+        "board_plane_rms_mm": 0.04,
+    }
     assert precision_as_dict(summary(valid_mm=None)) == {
         "median_k2_px": 1.84,
         "sure_pct": 81.26,
