@@ -20,6 +20,7 @@ RigError
 ├── SlopeError                        images that give no slope
 ├── CurveError                        too few or contradictory distances, or another rig's curve
 ├── FormatError                       a file of another tool's format, or what it cannot hold
+├── OutputError                       what takes the frames of a capture does not
 └── StoreError                        database or frame folder cannot be read or written
 
 Each carries what was asked and found (with units) and what to do next, as two fields; its text
@@ -244,6 +245,10 @@ class FormatError(RigError):
         self, found: str, *, advice: str = "give another file, or correct this one"
     ) -> None:
         super().__init__(found, advice=advice)
+
+
+class OutputError(RigError):
+    """What takes the frames of a capture (files, a page, topics) takes no more of them."""
 
 
 class StoreError(RigError):

@@ -3,21 +3,24 @@
 import math
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, closing
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from rig.capture.folder import CaptureFolder
-from rig.capture.picture import write_picture
+from rig.capture.folder import PICTURE, CaptureFolder
+from rig.capture.output import WantedOutput
+from rig.capture.output_thread import OutputSummary
+from rig.capture.outputs import Outputs, open_outputs
+from rig.capture.recording import CaptureRecording
 from rig.capture.tally import CaptureTally, in_words
+from rig.errors import RigError
 from rig.interrupts import Interrupts
 from rig.live.camera import DepthCamera
 from rig.live.frame import DepthFrame
 from rig.profile import Profile
-from rig.progress import Progress
-from rig.recording import RecordingWriter
+from rig.progress import Progress, Tell
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +35,8 @@ class CaptureRequest:
     """Where maps go; None writes nothing."""
     recording: Path | None = None
     """New MCAP file for all multi-views that are measured; None records nothing."""
+    outputs: tuple[WantedOutput, ...] = ()
+    """What else takes the depth: a page, topics, files of other programs."""
 
     @property
     def ends(self) -> bool:
@@ -67,57 +72,59 @@ class CaptureSummary:
     latency_s: Spread
     skew_s: Spread
     dropped: dict[str, int]
-    """By reason."""
+    """Multi-views that were not measured, by reason."""
+    outputs: tuple[OutputSummary, ...]
     valid_pct: float
     folder: Path | None
-    picture: Path | None
     is_interrupted: bool
     failed_gate: str | None
+    failure: RigError | None
+    """Of the first output that was to be kept and is not whole."""
+
+    @property
+    def picture(self) -> Path | None:
+        """The picture of the last frame, in the folder."""
+        path = None if self.folder is None else self.folder / PICTURE
+        return path if path is not None and path.is_file() else None
 
 
 def capture_depth(
-    camera: DepthCamera, request: CaptureRequest, progress: Progress
+    camera: DepthCamera, request: CaptureRequest, progress: Progress, tell: Tell = lambda _: None
 ) -> CaptureSummary:
-    """Capture until the request is fulfilled, the camera ends, or Ctrl-C.
+    """Capture until the request is fulfilled, the camera ends, no output is left, or Ctrl-C.
 
     Args:
         camera: open; without a curve slopes are measured only.
-        request: how long, and where maps go.
+        request: how long, and where depth goes.
         progress: told of every measured multi-view.
+        tell: told of an output that fails; the capture goes on with the others, and the summary
+            has the error.
 
     Raises:
         CurveError: rows miss otherwise than when the curve was made.
         DeviceError: the camera failed; what was written before is kept.
-        StoreError: the folder or the recording cannot be written.
+        RigError: an output cannot be opened.
     """
     run, tally = camera.run, CaptureTally()
-    last: DepthFrame | None = None
     is_interrupted = False
-    begun_s = time.monotonic()
-    with ExitStack() as outputs, Interrupts() as interrupts:
-        recording = folder = None
-        if request.recording is not None:
-            recording = outputs.enter_context(
-                RecordingWriter(request.recording, camera.views, camera.identity)
-            )
-        if request.folder is not None:
-            folder = outputs.enter_context(closing(CaptureFolder(request.folder, run)))
+    begun_s = took_s = time.monotonic()
+    with Interrupts() as interrupts:
+        wanted = _wanted(request)
+        outputs = open_outputs(camera, wanted, waits=camera.can_wait, tell=tell)
         try:
-            for frame in _until(camera, request, begun_s):
-                with interrupts.deferred():
-                    tally.add(frame)
-                    if folder is not None:
-                        folder.write(frame)
-                    if recording is not None:
-                        recording.write(frame.views)
-                    last = frame
-                    progress(len(tally.latencies_s), in_words(frame))
+            with closing(iter(camera)) as frames:
+                for frame in _until(frames, request, begun_s):
+                    with interrupts.deferred():
+                        tally.add(frame)
+                        outputs.offer(frame)
+                        progress(len(tally.latencies_s), in_words(frame))
+                    if not outputs.take_frames:
+                        break
         except KeyboardInterrupt:
             is_interrupted = True
-        took_s = time.monotonic() - begun_s
-        picture = None
-        if folder is not None and last is not None:
-            picture = write_picture(folder.folder / "last_frame.png", last, run.profile.reference)
+        finally:
+            took_s = time.monotonic() - begun_s
+            is_interrupted |= _finished(outputs, interrupts)
     return CaptureSummary(
         curve_id=None if run.curve is None else run.curve.id,
         frames=len(tally.latencies_s),
@@ -125,16 +132,41 @@ def capture_depth(
         latency_s=Spread.of(tally.latencies_s),
         skew_s=Spread.of(tally.skews_s),
         dropped=dict(camera.dropped),
+        outputs=outputs.summaries,
         valid_pct=tally.valid_pct,
         folder=request.folder,
-        picture=picture,
         is_interrupted=is_interrupted,
         failed_gate=_failed_gate(run.profile, tally),
+        failure=next((o.failure for o in outputs.summaries if o.is_kept and o.failure), None),
     )
 
 
-def _until(camera: DepthCamera, request: CaptureRequest, begun_s: float) -> Iterator[DepthFrame]:
-    for count, frame in enumerate(camera, start=1):
+def _wanted(request: CaptureRequest) -> Iterator[WantedOutput]:
+    """Yield all outputs of a request; what may not be overwritten first."""
+    recording, folder = request.recording, request.folder
+    if recording is not None:
+        yield WantedOutput(lambda camera: CaptureRecording(recording, camera), is_kept=True)
+    yield from request.outputs
+    if folder is not None:
+        yield WantedOutput(lambda camera: CaptureFolder(folder, camera.run), is_kept=True)
+
+
+def _finished(outputs: Outputs, interrupts: Interrupts) -> bool:
+    """Finish all outputs; return whether Ctrl-C was pressed meanwhile. A second one gives up."""
+    try:
+        with interrupts.deferred():
+            outputs.finish()
+    except KeyboardInterrupt:
+        if not outputs.summaries:
+            raise
+        return True
+    return False
+
+
+def _until(
+    frames: Iterator[DepthFrame], request: CaptureRequest, begun_s: float
+) -> Iterator[DepthFrame]:
+    for count, frame in enumerate(frames, start=1):
         yield frame
         if request.frames is not None and count >= request.frames:
             return

@@ -3,15 +3,28 @@
 import json
 from pathlib import Path
 
+from rig.capture.picture import write_picture
 from rig.depth import write_bytes, write_depth_png, write_label_png, write_pfm
 from rig.errors import StoreError
 from rig.live.captured import CAMERA, FACTS
 from rig.live.frame import DepthFrame
 from rig.stored import Run
 
+PICTURE = "last_frame.png"
+
 
 class CaptureFolder:
-    """Writes what a capture measures; every file appears whole or not at all."""
+    """Writes what a capture measures; every file appears whole or not at all.
+
+    Args:
+        folder: made where it is not there yet.
+        run: of the rig that is captured.
+
+    Raises:
+        StoreError: the folder cannot be written.
+    """
+
+    name = "files"
 
     def __init__(self, folder: Path, run: Run) -> None:
         self.folder = folder
@@ -25,6 +38,7 @@ class CaptureFolder:
             ) from error
         self._run = run
         self._has_camera = False
+        self._last: DepthFrame | None = None
 
     def write(self, measured: DepthFrame) -> None:
         """Write all maps of one multi-view and its line in `frames.jsonl`.
@@ -51,10 +65,17 @@ class CaptureFolder:
                 f"{self._facts.name}: cannot be written: {error.strerror}",
                 advice="make room and capture again, earlier maps are kept",
             ) from error
+        self._last = measured
 
     def close(self) -> None:
-        """Close the list of facts."""
+        """Close the list of facts, and show the last multi-view in a picture.
+
+        Raises:
+            StoreError: the picture cannot be written.
+        """
         self._facts.close()
+        if self._last is not None:
+            write_picture(self.folder / PICTURE, self._last, self._run.profile.reference)
 
     def _write_camera(self, measured: DepthFrame) -> None:
         if self._has_camera or measured.pinhole is None:

@@ -6,12 +6,16 @@ from rig.capture.capture import CaptureRequest, CaptureSummary, capture_depth
 from rig.database import open_store
 from rig.live.opening import depth_camera
 from rig.profile import Profile
-from rig.progress import Progress
+from rig.progress import Progress, Tell
 from rig.stored import RunChoice, new_folder, open_run
 
 
 def capture_on_rig(
-    profile: Profile, choice: RunChoice, request: CaptureRequest, progress: Progress
+    profile: Profile,
+    choice: RunChoice,
+    request: CaptureRequest,
+    progress: Progress,
+    tell: Tell,
 ) -> CaptureSummary:
     """Look up what the rig uses, open its camera, and capture.
 
@@ -23,6 +27,7 @@ def capture_on_rig(
         choice: which calibration and which curve.
         request: how long, and where maps go.
         progress: told of every measured multi-view.
+        tell: see `capture_depth`.
 
     Raises:
         ConfigError: the calibration does not fit the rig.
@@ -35,4 +40,4 @@ def capture_on_rig(
         if request.folder is None and request.ends:
             request = replace(request, folder=new_folder(store, "captures", profile.name))
     with depth_camera(run) as camera:
-        return capture_depth(camera, request, progress)
+        return capture_depth(camera, request, progress, tell)

@@ -1,7 +1,10 @@
 """What takes the depth of a capture: files, a recording, a page, topics."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
+from rig.live.camera import DepthCamera
 from rig.live.frame import DepthFrame
 
 
@@ -31,3 +34,16 @@ class Output(Protocol):
             RigError: what was written before may not be whole.
         """
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class WantedOutput:
+    """An output that a capture is to have."""
+
+    open: Callable[[DepthCamera], Output]
+    """Makes it, once the camera is open: `camera.run`, `camera.views` and `camera.identity` are
+    known; may raise RigError, and nothing is captured then."""
+    is_kept: bool
+    """Whether a person wants to have the frames afterwards (files, a recording). Then several wait
+    for it, where time allows all of them are waited for, and its failure is one of the capture.
+    Otherwise (a page, topics) only the newest waits, and its failure is a warning."""

@@ -79,11 +79,13 @@ def capture(
     choice = RunChoice(database, calibration, curve_choice(curve_id, slopes_only=slopes_only))
     request = CaptureRequest(frames=frames, duration_s=seconds, folder=out, recording=record)
     with ProgressLine(frames) as progress:
-        summary = capture_on_rig(profile, choice, request, progress.report)
+        summary = capture_on_rig(profile, choice, request, progress.report, tell)
     if as_json:
         show_json(_as_dict(summary))
     else:
         _show(summary)
+    if summary.failure is not None:
+        raise summary.failure
     if summary.is_interrupted:
         raise typer.Exit(130)
     if summary.failed_gate is not None:

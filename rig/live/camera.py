@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
 
-from rig.devices import Camera, Clock
+from rig.devices import Camera, Clock, SystemClock
 from rig.errors import CameraUseError, ViewSkewError
 from rig.frames import MultiView
 from rig.live.again import Reopening
@@ -122,6 +122,16 @@ class DepthCamera:
         return self._running().device.identity
 
     @property
+    def can_wait(self) -> bool:
+        """Whether nothing is lost while nobody asks: pictures are stored, or time is simulated.
+
+        Raises:
+            CameraUseError: it is not open.
+        """
+        is_real = isinstance(self._running().clock, SystemClock)
+        return self.run.profile.camera.is_stored or not is_real
+
+    @property
     def dropped(self) -> Mapping[str, int]:
         """How many multi-views were dropped since opening, by reason; kept after closing."""
         opened = self._opened
@@ -156,7 +166,7 @@ class DepthCamera:
                 )
             return self._measured(opened, multiview, follows=False)
 
-    def __iter__(self) -> Iterator[DepthFrame]:
+    def __iter__(self) -> Generator[DepthFrame]:
         """Yield depth, each frame the hypothesis for the next, until the camera is closed.
 
         Live: the newest multi-view each time; what came while the last one was used is dropped and
@@ -175,7 +185,7 @@ class DepthCamera:
         self._refuse_another_loop()
         return self._loop()
 
-    def _loop(self) -> Iterator[DepthFrame]:
+    def _loop(self) -> Generator[DepthFrame]:
         with self._used():
             opened = self._running()
             self._refuse_another_loop()
