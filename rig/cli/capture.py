@@ -15,6 +15,7 @@ from rig.cli.options import (
     ProfileName,
     finite,
 )
+from rig.cli.page_options import ViewHost, ViewPort, page_of
 
 if TYPE_CHECKING:
     from rig.capture.capture import CaptureSummary
@@ -56,6 +57,11 @@ def capture(
             show_default=False,
         ),
     ] = None,
+    view: Annotated[
+        bool, typer.Option("--view", help="Serve a live page; its address is printed.")
+    ] = False,
+    view_host: ViewHost = None,
+    view_port: ViewPort = None,
     overrides: Overrides = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -68,6 +74,7 @@ def capture(
     """
     if slopes_only and curve_id is not None:
         raise typer.BadParameter("--slopes-only uses no --curve")
+    more = page_of(view_host, view_port, is_wanted=view)
     from rig.capture.capture import CaptureRequest
     from rig.capture.on_rig import capture_on_rig
     from rig.cli.output import show_json, tell
@@ -79,7 +86,7 @@ def capture(
     choice = RunChoice(database, calibration, curve_choice(curve_id, slopes_only=slopes_only))
     request = CaptureRequest(frames=frames, duration_s=seconds, folder=out, recording=record)
     with ProgressLine(frames) as progress:
-        summary = capture_on_rig(profile, choice, request, progress.report, tell)
+        summary = capture_on_rig(profile, choice, request, progress.report, tell, more)
     if as_json:
         show_json(_as_dict(summary))
     else:

@@ -35,10 +35,10 @@ class Recording:
 class Actions(Generic[M]):
     """What a run lets a page do."""
 
-    save: Callable[[M], str] | Refusal = Refusal("this run saves nothing")  # noqa: RUF009 - frozen
+    save: Callable[[M], str] | Refusal = Refusal("this run saves nothing")
     """Saves the message that the page shows, returns one line about it.
 
     Raises:
         RigError: it cannot be written.
     """
-    recording: Recording | Refusal = Refusal("this run records nothing")  # noqa: RUF009 - frozen
+    recording: Recording | Refusal = Refusal("this run records nothing")

@@ -14,6 +14,8 @@ from rig.view.packing import as_8_bit, packed, packed_signed
 from rig.view.wire import encode
 
 Arrays = dict[str, NDArray[Any]]
+Drops = Callable[[], Mapping[str, int]]
+"""Tells how many multi-views were dropped so far, by reason."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,9 +96,7 @@ def _maps(frame: DepthFrame, wants: frozenset[str]) -> tuple[dict[str, Any], Arr
     return header, arrays
 
 
-def _pictures(
-    frame: DepthFrame, run: Run, wants: frozenset[str]
-) -> tuple[dict[str, Any], Arrays]:
+def _pictures(frame: DepthFrame, run: Run, wants: frozenset[str]) -> tuple[dict[str, Any], Arrays]:
     multiview = frame.views
     header = {
         "views": [
@@ -130,7 +130,3 @@ def _is_shown_as_taken(frame: DepthFrame, reference: int) -> bool:
 
 def _bits(multiview: MultiView, index: int) -> int:
     return multiview.frames[index].full_scale.bit_length()
-
-
-Drops = Callable[[], Mapping[str, int]]
-"""How many multi-views were dropped so far, by reason."""

@@ -8,6 +8,7 @@ are drawn. A page that stalls, dies or talks rubbish costs the others and the ru
 import asyncio
 import json
 import logging
+import os
 import socket
 import threading
 import time
@@ -18,6 +19,7 @@ from typing import Any, Generic, Self, TypeVar
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
+from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
 from rig.errors import ConfigError, FormatError, RigError
@@ -32,8 +34,9 @@ from rig.view.page_file import icon, page
 SOCKET = "live"
 """Place of the websocket behind the token."""
 MOST_PAGES = 8
-_OPEN_S, _CLOSE_S, _PING_S, _LINK_EVERY_S = 5.0, 1.0, 20.0, 0.5
-_JOIN_S = 10.0
+_OPEN_S, _CLOSE_S, _PING_S, _LINK_EVERY_S = 5.0, 10.0, 20.0, 0.5
+_SHUT_S, _JOIN_S = 1.5, 2.5
+"""Within which all pages are let go of, and the thread ends: whatever they do."""
 
 M = TypeVar("M", bound=Message)
 
@@ -132,11 +135,19 @@ class ViewServer(Generic[M]):
             ping_interval=_PING_S,
             ping_timeout=_PING_S,
             server_header=None,
-            logger=_no_words(self._notices),
+            logger=_in_one_line(self._notices),
+            create_connection=_visit(self._notices),
         )
         self._is_running.set()
         await self._over.wait()
-        await _shut(server)
+        await self._shut(server)
+
+    async def _shut(self, server: Server) -> None:
+        server.close(code=CloseCode.GOING_AWAY, reason="the run has ended")
+        with suppress(TimeoutError):
+            await asyncio.wait_for(server.wait_closed(), _SHUT_S)
+        for connection in self._clients:
+            connection.transport.abort()
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """Give the page, refuse, or let a websocket open (None)."""
@@ -155,7 +166,10 @@ class ViewServer(Generic[M]):
         if asked.place == "":
             found = page()
             return _response(
-                200, found.html, "text/html; charset=utf-8", {"Content-Security-Policy": found.policy}
+                200,
+                found.html,
+                "text/html; charset=utf-8",
+                {"Content-Security-Policy": found.policy},
             )
         return _response(404, b"There is one page here, at the address that rig has printed.\n")
 
@@ -163,7 +177,9 @@ class ViewServer(Generic[M]):
         peer = _peer(connection)
         if len(self._clients) >= MOST_PAGES:
             self._notices.say(f"{peer}: {MOST_PAGES} pages are open: one more is refused")
-            await connection.close(1013, f"{MOST_PAGES} pages are open already")
+            await connection.close(
+                CloseCode.TRY_AGAIN_LATER, f"{MOST_PAGES} pages are open already"
+            )
             return
         client: Client[M] = Client(peer)
         self._clients[connection] = client
@@ -172,22 +188,16 @@ class ViewServer(Generic[M]):
         try:
             await connection.send(self._state())
             await self._listen_to(connection, client)
-        except ConnectionClosed:
-            pass
+        except ConnectionClosed as closed:
+            if closed.sent is not None and closed.sent.code == CloseCode.MESSAGE_TOO_BIG:
+                self._notices.say(f"{peer}: sent more than {MOST_BYTES} bytes: closed")
         finally:
             del self._clients[connection]
             sending.cancel()
             with suppress(asyncio.CancelledError, ConnectionClosed):
                 await sending
-            self._tell_end(connection, peer)
-
-    def _tell_end(self, connection: ServerConnection, peer: str) -> None:
-        if self._over is not None and self._over.is_set():
-            return
-        if connection.close_code == 1009:
-            self._notices.say(f"{peer}: sent more than {MOST_BYTES} bytes: closed")
-        else:
-            self._notices.say(f"page closed by {peer}")
+            if self._over is not None and not self._over.is_set():
+                self._notices.say(f"page closed by {peer}")
 
     async def _listen_to(self, connection: ServerConnection, client: Client[M]) -> None:
         linked_s = 0.0
@@ -196,7 +206,7 @@ class ViewServer(Generic[M]):
                 command = parse(text)
             except FormatError as error:
                 self._notices.say(f"{client.peer}: {error.found}: closed")
-                await connection.close(1008, error.found[:100])
+                await connection.close(CloseCode.POLICY_VIOLATION, error.found[:100])
                 return
             now_s = time.monotonic()
             self._heed(client, command, now_s)
@@ -298,16 +308,12 @@ def _listen(host: str, port: int) -> socket.socket:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         return socket.create_server((host, port), family=family)
     except OSError as error:
+        known = error.errno is not None and error.errno > 0  # names that are not found are below
+        why = os.strerror(error.errno) if known else error.strerror
         raise ConfigError(
-            f"live page at {host}, port {port}: cannot listen there: {error.strerror}",
+            f"live page at {host}, port {port}: cannot listen there: {why}",
             advice="choose another --view-port (0: any free one) or another --view-host",
         ) from error
-
-
-async def _shut(server: Server) -> None:
-    server.close(code=1001, reason="the run has ended")
-    with suppress(TimeoutError):
-        await asyncio.wait_for(server.wait_closed(), 2.0 * _CLOSE_S + 1.0)
 
 
 def _peer(connection: ServerConnection) -> str:
@@ -335,8 +341,20 @@ def _response(
     return Response(status, reasons[status], Headers(headers), body)
 
 
+def _visit(notices: Notices) -> type[ServerConnection]:
+    """Return the connections of a server that says which of them asked for nothing."""
+
+    class Visit(ServerConnection):
+        def connection_lost(self, exc: Exception | None) -> None:
+            super().connection_lost(exc)
+            if self.request is None:
+                notices.say(f"{_peer(self)}: asked for nothing that is a page: closed")
+
+    return Visit
+
+
 class _OneLine(logging.Handler):
-    """Says in a line what the library tells in a page: a handshake that came to nothing."""
+    """Says in one line what the library would print as a traceback."""
 
     def __init__(self, notices: Notices) -> None:
         super().__init__(logging.ERROR)
@@ -344,11 +362,10 @@ class _OneLine(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         error = record.exc_info[1] if record.exc_info else None
-        cause = error.__cause__ or error if error is not None else record.getMessage()
-        self._notices.say(f"a connection that asks for no page ({str(cause)[:80]}): closed")
+        self._notices.say(f"{record.getMessage()}: {error!r}")
 
 
-def _no_words(notices: Notices) -> logging.Logger:
+def _in_one_line(notices: Notices) -> logging.Logger:
     logger = logging.Logger("rig.view", logging.ERROR)  # noqa: LOG001 - not part of the tree
     logger.addHandler(_OneLine(notices))
     return logger

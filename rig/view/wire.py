@@ -81,8 +81,8 @@ def decode(message: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
 
 
 def _array(message: bytes, start: int, entry: Mapping[str, Any]) -> NDArray[Any]:
-    if entry["type"] not in TYPES or start < 0 or min(entry["shape"], default=0) < 0:
-        raise ValueError(f"array {entry}")  # noqa: TRY301
+    if entry["type"] not in TYPES or entry["start"] < 0 or min(entry["shape"], default=0) < 0:
+        raise ValueError(f"array {entry}")
     count = int(np.prod(entry["shape"], dtype=np.int64))
     kind = np.dtype(entry["type"]).newbyteorder("<")
     return np.frombuffer(message, kind, count, start).reshape(entry["shape"])

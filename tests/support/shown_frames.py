@@ -1,4 +1,4 @@
-"""Frames of a scene in closed form, for whoever shows or sends frames: no estimator, no renderer."""
+"""Frames of a scene in closed form, to show and to send: no estimator, no renderer."""
 
 from dataclasses import dataclass
 
@@ -95,8 +95,10 @@ class Scene:
         ):
             # What shows at a pixel of this view is about `slope * step` beside it in the reference.
             right, down = x + slope * x_step, y + slope * y_step
-            grey = 118.0 + 60.0 * np.sin(right / 5.1) * np.sin(down / 6.3) + 55.0 * np.sin(
-                right / 23.0 + 2.0 * np.sin(down / 17.0)
+            grey = (
+                118.0
+                + 60.0 * np.sin(right / 5.1) * np.sin(down / 6.3)
+                + 55.0 * np.sin(right / 23.0 + 2.0 * np.sin(down / 17.0))
             )
             grey += 2.0 * np.random.default_rng(index).standard_normal(grey.shape)
             image = np.clip(np.rint(grey * (1.05 + 0.1 * x_step)), 0, 255).astype(np.uint8)
