@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rig.frames import MultiView
 from rig.live.frame import DepthFrame
 from rig.stored import Run
-from rig.view.packing import as_8_bit, packed, packed_signed
+from rig.view.packing import Packed, as_8_bit, packed
 from rig.view.wire import encode
 
 Arrays = dict[str, NDArray[Any]]
@@ -38,10 +38,10 @@ class FrameMessage:
     def encoded(self, number: int, wants: frozenset[str]) -> bytes:
         """Return header and arrays.
 
-        Arrays: `depth` (steps of `depth_step_mm`, 0 for none), or without a curve `slope` in its
-        place; `sigma` (steps of `sigma_step`, mm or px), `label`, `slope` (signed steps of
-        `slope_step_px`), `views` (V, H, W) as the cameras gave them, `image` where the reference
-        view at the pixels of the maps is another picture, `rectified` (V, H, W) where views are.
+        Arrays: `depth` (mm), or without a curve `slope` (px per view step) in its place; `sigma`
+        (of that), `label`, `slope`; `views` (V, H, W) as the cameras gave them, `image` where the
+        reference view at the pixels of the maps is another picture, `rectified` (V, H, W) where
+        views are. Header `steps`: what the steps of each map mean, see `Packed`.
         """
         header = {**_facts(self.frame, self.run), **_pace(self.frame, self.pace)}
         arrays: Arrays = {}
@@ -82,18 +82,20 @@ def _pace(frame: DepthFrame, pace: Pace) -> dict[str, Any]:
 
 
 def _maps(frame: DepthFrame, wants: frozenset[str]) -> tuple[dict[str, Any], Arrays]:
-    header: dict[str, Any] = {}
-    arrays: Arrays = {}
+    found: dict[str, Packed] = {}
     if frame.depth is not None:
-        arrays["depth"], header["depth_step_mm"] = packed(frame.depth.depth_mm)
+        found["depth"] = packed(frame.depth.depth_mm)
     if frame.depth is None or "slope" in wants:
-        arrays["slope"], header["slope_step_px"] = packed_signed(frame.slopes.slope_px)
+        found["slope"] = packed(frame.slopes.slope_px, low=None)
     if "sigma" in wants:
-        sigma = frame.slopes.sigma_px if frame.depth is None else frame.depth.sigma_mm
-        arrays["sigma"], header["sigma_step"] = packed(sigma)
+        found["sigma"] = packed(
+            frame.slopes.sigma_px if frame.depth is None else frame.depth.sigma_mm
+        )
+    arrays: Arrays = {name: one.steps for name, one in found.items()}
     if "label" in wants:
         arrays["label"] = frame.label
-    return header, arrays
+    steps = {name: {"step": one.step, "low": one.low} for name, one in found.items()}
+    return {"steps": steps}, arrays
 
 
 def _pictures(frame: DepthFrame, run: Run, wants: frozenset[str]) -> tuple[dict[str, Any], Arrays]:

@@ -4,11 +4,14 @@ import time
 from collections import deque
 from collections.abc import Callable
 
+import numpy as np
+
 from rig.live.frame import DepthFrame
 from rig.stored import Run
 from rig.view.actions import Actions, Recording, Refusal
 from rig.view.frame_message import Drops, FrameMessage, Pace
 from rig.view.notices import Notices
+from rig.view.packing import packed
 from rig.view.server import ViewServer
 
 _PACE_FRAMES = 32
@@ -36,6 +39,7 @@ class LiveView:
         self._server = server
         self._clock_s = clock_s
         self._came_s: deque[float] = deque(maxlen=_PACE_FRAMES)
+        packed(np.zeros((1, 1), np.float32))  # its machine code is there before the first page is
 
     @property
     def name(self) -> str:

@@ -1,54 +1,57 @@
 """Maps as whole steps: half the bytes of a float, and no more lost than half a step."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-NO_VALUE = -32768
-"""Among signed multiples: none is there."""
+from rig.compute.kernel import kernel
+
 _MOST_STEPS = 65000
 _FINEST = 1e-4
 
 
-def packed(values: NDArray[np.float32]) -> tuple[NDArray[np.uint16], float]:
-    """Return a map of positive values as multiples of a step, and the step.
+@dataclass(frozen=True, slots=True)
+class Packed:
+    """A map; a value is `low + (steps - 1) * step`, none is there where steps are 0."""
 
-    The step is the smallest of 1, 2 and 5 times a power of ten with which the largest value fits.
-
-    Args:
-        values: (H, W), 0 or more; NaN where there is none.
-
-    Returns:
-        (H, W) multiples, 0 where there is none (and only there: what rounds to 0 becomes 1); and
-        the step in the unit of the values.
-    """
-    largest = float(np.fmax.reduce(values, axis=None, initial=0.0))
-    step = step_of(largest)
-    steps = values * np.float32(1.0 / step)
-    with np.errstate(invalid="ignore"):
-        np.rint(steps, out=steps)
-        known = steps >= 0.0
-        # `fmax` takes the number beside NaN: no map of NaN is cast, which nothing defines.
-        np.fmax(steps, np.float32(1.0), out=steps)
-    return np.multiply(steps, known, out=steps).astype(np.uint16), step
+    steps: NDArray[np.uint16]
+    """(H, W)."""
+    step: float
+    """In the unit of the map."""
+    low: float
+    """In the unit of the map."""
 
 
-def packed_signed(values: NDArray[np.float32]) -> tuple[NDArray[np.int16], float]:
-    """Return a map of values of either sign as multiples of a step, and the step.
+def packed(values: NDArray[np.float32], *, low: float | None = 0.0) -> Packed:
+    """Return a map by the smallest of 1, 2 and 5 times a power of ten with which all of it fits.
 
     Args:
         values: (H, W), NaN where there is none.
-
-    Returns:
-        (H, W) multiples, `NO_VALUE` where there is none; and the step in the unit of the values.
+        low: no value is smaller; None to look for the smallest.
     """
-    magnitude = np.abs(values)
-    step = step_of(2.0 * float(np.fmax.reduce(magnitude, axis=None, initial=0.0)))
-    steps = values * np.float32(1.0 / step)
-    np.rint(steps, out=steps)
-    steps[np.isnan(steps)] = NO_VALUE
-    return steps.astype(np.int16), step
+    highest = float(np.fmax.reduce(values, axis=None, initial=-np.inf))
+    if highest == -math.inf:
+        return Packed(np.zeros(values.shape, np.uint16), _FINEST, 0.0)
+    if low is None:
+        low = float(np.fmin.reduce(values, axis=None))
+    step = step_of(highest - low)
+    steps = np.empty(values.shape, np.uint16)
+    _count_steps(values, np.float32(low), np.float32(1.0 / step), steps)
+    return Packed(steps, step, low)
+
+
+@kernel()
+def _count_steps(
+    values: NDArray[np.float32], low: np.float32, scale: np.float32, steps: NDArray[np.uint16]
+) -> None:
+    for row in range(values.shape[0]):
+        for column in range(values.shape[1]):
+            value = values[row, column]
+            is_known = value == value  # NaN is not
+            counted = (value - low) * scale + np.float32(1.5) if is_known else np.float32(0.0)
+            steps[row, column] = np.uint16(counted)
 
 
 def step_of(largest: float) -> float:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from rig.errors import FormatError
 
 ALIGNMENT: Final = 8
-TYPES: Final = ("uint8", "uint16", "int16", "float32")
+TYPES: Final = ("uint8", "uint16", "float32")
 """Types of arrays that a page reads."""
 _LENGTH: Final = struct.Struct("<I")
 

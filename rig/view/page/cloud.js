@@ -12,7 +12,7 @@ uniform bool paint;
 out vec3 colour;
 void main() {
   ivec2 at = ivec2(gl_VertexID % columns, gl_VertexID / columns) * thin;
-  float z = float(texelFetch(steps, at, 0).r) * step_mm;
+  float z = (float(texelFetch(steps, at, 0).r) - 1.0) * step_mm;
   if (z <= 0.0) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
   vec3 ray = turned * vec3((vec2(at) - centre_px) / focal_px, 1.0);
   vec3 point = ray * (z / ray.z);
@@ -93,7 +93,7 @@ class Cloud {
     gl.uniform1i(places.thin, this.thin);
     gl.uniform1i(places.columns, columns);
     gl.uniform1i(places.paint, 1);
-    gl.uniform1f(places.step_mm, shown.header.depth_step_mm);
+    gl.uniform1f(places.step_mm, shown.header.steps.depth.step);
     gl.uniform1f(places.focal_px, camera.focal_px);
     gl.uniform1f(places.low_mm, low);
     gl.uniform1f(places.high_mm, high);

@@ -37,16 +37,24 @@ class Epi {
     this.plate.context.putImageData(this.plate.image, 0, 0);
     const context = fitted(this.canvas, box.width, box.height);
     context.imageSmoothingEnabled = false;
-    const thick = box.height / members.length, px = box.width / (2 * reach);
-    members.forEach((_, row) => context.drawImage(this.strip, 0, row, 2 * reach, 1, 0, row * thick, box.width, thick - 1));
+    // Every view lies at its own place, so that a point of the scene draws a straight line.
+    const first_step = members[0].step, gaps = members.slice(1).map(({ step }, k) => step - members[k].step);
+    const least = Math.min(...gaps), whole = members.at(-1).step - first_step + least, px = box.width / (2 * reach);
+    const thick = (box.height * least) / whole, middle = (step) => (box.height * (step - first_step + least / 2)) / whole;
+    members.forEach(({ step }, row) => context.drawImage(this.strip, 0, row, 2 * reach, 1, 0, middle(step) - thick / 2 + 0.5, box.width, thick - 1));
     const slope = shown.slope()?.[cursor.y * shown.width + cursor.x];
     this.caption.textContent = `${letter}  ${this.isRow ? `row y = ${cursor.y}` : `column x = ${cursor.x}`}  ·  ${Number.isFinite(slope) ? `slope ${signed(slope, 3)} px per step` : "no answer here"}`;
     if (!Number.isFinite(slope)) return;
     const path = new Path2D();
-    members.forEach(({ step }, row) => {
-      const x = (centre - slope * step - first + 0.5) * px, y = (row + 0.5) * thick;
-      if (row === 0) path.moveTo(x, y); else path.lineTo(x, y);
-    });
+    for (const [row, step] of [first_step, members.at(-1).step].entries()) {
+      const x = (centre - slope * step - first + 0.5) * px;
+      if (row === 0) path.moveTo(x, middle(step)); else path.lineTo(x, middle(step));
+    }
+    for (const { step } of members) {
+      const x = (centre - slope * step - first + 0.5) * px;
+      path.moveTo(x + 3, middle(step));
+      path.arc(x, middle(step), 3, 0, 7);
+    }
     for (const [style, wide] of [["rgba(0,0,0,.6)", 4], [ink("--accent"), 2]]) {
       context.strokeStyle = style;
       context.lineWidth = wide;

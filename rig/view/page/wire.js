@@ -1,6 +1,5 @@
 // One message: see rig/view/wire.py.
-const KINDS = { uint8: Uint8Array, uint16: Uint16Array, int16: Int16Array, float32: Float32Array };
-const NO_VALUE = -32768;
+const KINDS = { uint8: Uint8Array, uint16: Uint16Array, float32: Float32Array };
 
 function decodeMessage(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
@@ -23,15 +22,13 @@ class Shown {
     [this.height, this.width] = shape;
     this.known = {};
   }
-  map() {
-    return this.isDepth ? this.unpacked("depth", this.header.depth_step_mm) : this.slope();
-  }
-  sigma() { return this.unpacked("sigma", this.header.sigma_step); }
-  slope() { return this.unpacked("slope", this.header.slope_step_px); }
+  map() { return this.unpacked(this.isDepth ? "depth" : "slope"); }
+  sigma() { return this.unpacked("sigma"); }
+  slope() { return this.unpacked("slope"); }
   label() { return this.arrays.label?.data ?? null; }
-  unpacked(name, step) {
+  unpacked(name) {
     if (!(name in this.arrays)) return null;
-    return (this.known[name] ??= unpackSteps(this.arrays[name].data, step));
+    return (this.known[name] ??= unpackSteps(this.arrays[name].data, this.header.steps[name]));
   }
   // The reference view at the pixels of the maps.
   picture() {
@@ -46,9 +43,8 @@ class Shown {
   }
 }
 
-function unpackSteps(steps, step) {
-  const values = new Float32Array(steps.length);
-  const none = steps instanceof Int16Array ? NO_VALUE : 0;
-  for (let i = 0; i < steps.length; i++) values[i] = steps[i] === none ? NaN : steps[i] * step;
+function unpackSteps(steps, { step, low }) {
+  const values = new Float32Array(steps.length), before = low - step;
+  for (let i = 0; i < steps.length; i++) values[i] = steps[i] === 0 ? NaN : before + steps[i] * step;
   return values;
 }

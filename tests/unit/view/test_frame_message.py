@@ -1,15 +1,16 @@
 """A frame as a page gets it: what the page shows is what the frame holds."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from rig.epipolar import Label
 from rig.frames import Frame, MultiView
 from rig.live.frame import DepthFrame
 from rig.view.frame_message import FrameMessage, Pace
-from rig.view.packing import NO_VALUE
 from rig.view.wire import decode
 from tests.support.shown_frames import scene
 
@@ -52,25 +53,24 @@ def test_the_header_tells_what_a_person_asks():
     }
 
 
+def values(header: dict[str, Any], arrays: dict[str, NDArray[Any]], name: str):
+    steps, meant = arrays[name], header["steps"][name]
+    known = meant["low"] + (steps - 1.0) * meant["step"]
+    return np.where(steps > 0, known, np.nan), meant["step"]
+
+
 def test_the_maps_are_those_of_the_frame_to_half_a_step():
     frame = SCENE.frame(0)
     header, arrays = message(frame)
-    known = frame.label > 0
-    for name, step, values in (
-        ("depth", header["depth_step_mm"], frame.depth_mm),
-        ("sigma", header["sigma_step"], frame.sigma_mm),
+    assert header["steps"]["depth"] == {"step": pytest.approx(0.05), "low": 0.0}
+    for name, wanted in (
+        ("depth", frame.depth_mm),
+        ("sigma", frame.sigma_mm),
+        ("slope", frame.slopes.slope_px),
     ):
-        np.testing.assert_array_equal(arrays[name] > 0, known)
-        np.testing.assert_allclose(
-            arrays[name][known] * step, values[known], rtol=1e-6, atol=0.501 * step
-        )
-    assert header["depth_step_mm"] == pytest.approx(0.05)
-    slope = arrays["slope"]
-    np.testing.assert_array_equal(slope != NO_VALUE, known)
-    step = header["slope_step_px"]
-    np.testing.assert_allclose(
-        slope[known] * step, frame.slopes.slope_px[known], rtol=1e-6, atol=0.501 * step
-    )
+        found, step = values(header, arrays, name)
+        np.testing.assert_array_equal(np.isnan(found), frame.label == 0)
+        np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=0.51 * step)
     np.testing.assert_array_equal(arrays["label"], frame.label)
     assert set(np.unique(frame.label)) == {Label.NONE, 1, 2, 3}
 
@@ -88,7 +88,7 @@ def test_nothing_is_sent_that_is_not_asked_for():
     header, arrays = message(frame, frozenset())
     assert set(arrays) == {"depth", "image"}
     np.testing.assert_array_equal(arrays["image"], frame.image)
-    assert "sigma_step" not in header
+    assert set(header["steps"]) == {"depth"}
 
 
 def test_slopes_take_the_place_of_depth_where_there_is_no_curve():
@@ -97,12 +97,9 @@ def test_slopes_take_the_place_of_depth_where_there_is_no_curve():
     assert header["unit"] == "px"
     assert header["camera"] is None
     assert set(arrays) == {"slope", "sigma", "label", "image"}
-    known = frame.label > 0
-    np.testing.assert_allclose(
-        arrays["sigma"][known] * header["sigma_step"],
-        frame.slopes.sigma_px[known],
-        atol=0.501 * header["sigma_step"],
-    )
+    for name, wanted in (("slope", frame.slopes.slope_px), ("sigma", frame.slopes.sigma_px)):
+        found, step = values(header, arrays, name)
+        np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=0.51 * step)
 
 
 def test_a_resampled_reference_view_is_sent_beside_what_was_taken():
