@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 from rig.curve import Curve
 from rig.epipolar.mending.row_errors import ROW_ERRORS_JSON, RowErrors
-from rig.errors import ConfigError, CurveError
+from rig.errors import ConfigError, CurveError, StoreError
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.rig_geometry_json import geometry_from_json
 from rig.optics.calibrated import calibrated_optics
@@ -179,6 +179,23 @@ def stored_rig(store: "Store", calibration_id: int) -> CalibratedRig:
     """
     stored = store.calibration(calibration_id)
     return CalibratedRig(stored_profile(stored), geometry_from_json(stored.geometry))
+
+
+def newer_curve(store: "Store", run: Run, curve: CurveChoice) -> int | None:
+    """Return the number of a curve that took the place of a run's since it was opened, if any.
+
+    Args:
+        store: where curves are.
+        run: uses the curve that it was opened with to its end.
+        curve: which it was to use; one that was chosen by its number stays the right one.
+    """
+    if curve != "newest":
+        return None
+    try:
+        newest = store.active_curve(run.profile.name).id
+    except StoreError:  # it was taken away
+        return None
+    return None if run.curve is not None and run.curve.id == newest else newest
 
 
 def new_folder(store: "Store", kind: str, rig: str) -> Path:

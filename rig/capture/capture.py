@@ -2,18 +2,17 @@
 
 import math
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
 
 from rig.capture.folder import PICTURE, CaptureFolder
 from rig.capture.output import WantedOutput
 from rig.capture.output_thread import OutputSummary
 from rig.capture.outputs import Outputs, open_outputs
 from rig.capture.recording import CaptureRecording
+from rig.capture.spread import Spread
 from rig.capture.tally import CaptureTally, in_words
 from rig.errors import RigError
 from rig.interrupts import Interrupts
@@ -45,41 +44,44 @@ class CaptureRequest:
 
 
 @dataclass(frozen=True, slots=True)
-class Spread:
-    """How a number went over the multi-views of a capture; NaN where there were none."""
-
-    median: float
-    p95: float
-    """95th percentile."""
-    largest: float
-
-    @classmethod
-    def of(cls, values: Sequence[float]) -> "Spread":
-        """Return the spread of some values."""
-        if not values:
-            return cls(math.nan, math.nan, math.nan)
-        return cls(*(float(np.percentile(values, percent)) for percent in (50, 95, 100)))
-
-
-@dataclass(frozen=True, slots=True)
 class CaptureSummary:
     """What a capture did."""
 
     curve_id: int | None
     """None where slopes were measured only."""
+    is_simulated: bool
+    """Whether the camera is: it then takes its time to render."""
     frames: int
-    frames_per_s: float
+    took_s: float
+    """From the first multi-view that was asked for to the last one that was measured."""
+    waited_s: float
+    """What of it was waiting for the camera."""
     latency_s: Spread
+    """From mid-exposure until the depth was ready."""
+    measuring_s: Spread
     skew_s: Spread
     dropped: dict[str, int]
     """Multi-views that were not measured, by reason."""
     outputs: tuple[OutputSummary, ...]
     valid_pct: float
+    time_ns: tuple[int, int] | None
+    """First and last frame by the wall clock, UTC; None without a frame."""
     folder: Path | None
     is_interrupted: bool
     failed_gate: str | None
     failure: RigError | None
     """Of the first output that was to be kept and is not whole."""
+
+    @property
+    def frames_per_s(self) -> float:
+        """As they came."""
+        return self.frames / self.took_s if self.took_s > 0.0 else 0.0
+
+    @property
+    def measured_per_s(self) -> float:
+        """As they would come if the camera were never waited for; NaN without a frame."""
+        busy_s = self.took_s - self.waited_s
+        return self.frames / busy_s if self.frames and busy_s > 0.0 else math.nan
 
     @property
     def picture(self) -> Path | None:
@@ -107,7 +109,8 @@ def capture_depth(
     """
     run, tally = camera.run, CaptureTally()
     is_interrupted = False
-    begun_s = took_s = time.monotonic()
+    begun_s, waited_before_s = time.monotonic(), camera.waited_s
+    took_s = 0.0
     with Interrupts() as interrupts:
         wanted = _wanted(request)
         outputs = open_outputs(camera, wanted, waits=camera.can_wait, tell=tell)
@@ -117,23 +120,29 @@ def capture_depth(
                     with interrupts.deferred():
                         tally.add(frame)
                         outputs.offer(frame)
-                        progress(len(tally.latencies_s), in_words(frame))
+                        progress(tally.frames, in_words(frame))
                     if not outputs.take_frames:
                         break
         except KeyboardInterrupt:
             is_interrupted = True
         finally:
             took_s = time.monotonic() - begun_s
-            is_interrupted |= _finished(outputs, interrupts)
+            is_interrupted |= _finish(
+                outputs, nullcontext() if is_interrupted else interrupts.deferred()
+            )
     return CaptureSummary(
         curve_id=None if run.curve is None else run.curve.id,
-        frames=len(tally.latencies_s),
-        frames_per_s=len(tally.latencies_s) / took_s if took_s > 0.0 else 0.0,
-        latency_s=Spread.of(tally.latencies_s),
-        skew_s=Spread.of(tally.skews_s),
+        is_simulated=run.profile.camera.is_simulated,
+        frames=tally.frames,
+        took_s=took_s,
+        waited_s=camera.waited_s - waited_before_s,
+        latency_s=tally.latency_s.spread,
+        measuring_s=tally.measuring_s.spread,
+        skew_s=tally.skew_s.spread,
         dropped=dict(camera.dropped),
         outputs=outputs.summaries,
         valid_pct=tally.valid_pct,
+        time_ns=tally.time_ns,
         folder=request.folder,
         is_interrupted=is_interrupted,
         failed_gate=_failed_gate(run.profile, tally),
@@ -151,10 +160,13 @@ def _wanted(request: CaptureRequest) -> Iterator[WantedOutput]:
         yield WantedOutput(lambda camera: CaptureFolder(folder, camera.run), is_kept=True)
 
 
-def _finished(outputs: Outputs, interrupts: Interrupts) -> bool:
-    """Finish all outputs; return whether Ctrl-C was pressed meanwhile. A second one gives up."""
+def _finish(outputs: Outputs, deferral: AbstractContextManager[None]) -> bool:
+    """Finish all outputs; return whether Ctrl-C was pressed meanwhile, for the first time.
+
+    The second time gives up: what still waits is not written.
+    """
     try:
-        with interrupts.deferred():
+        with deferral:
             outputs.finish()
     except KeyboardInterrupt:
         if not outputs.summaries:
@@ -175,7 +187,7 @@ def _until(
 
 
 def _failed_gate(profile: Profile, tally: CaptureTally) -> str | None:
-    if not tally.latencies_s:
+    if not tally.frames:
         return "no multi-view was measured"
     least_pct = profile.quality.valid_share_pct
     if tally.valid_pct < least_pct:

@@ -99,5 +99,6 @@ class CaptureFolder:
             "exposure_s": {frame.view: frame.exposure_s for frame in multiview.frames},
             "temperature_degc": multiview.temperature_degc,
             "latency_s": measured.latency_s,
+            "measuring_s": measured.measuring_s,
             "warnings": list(measured.slopes.warnings),
         }

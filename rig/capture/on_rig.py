@@ -10,7 +10,7 @@ from rig.database import open_store
 from rig.live.opening import depth_camera
 from rig.profile import Profile
 from rig.progress import Progress, Tell
-from rig.stored import RunChoice, new_folder, open_run
+from rig.stored import RunChoice, new_folder, newer_curve, open_run
 
 
 def capture_on_rig(
@@ -31,7 +31,7 @@ def capture_on_rig(
         choice: which calibration and which curve.
         request: how long, and where maps go.
         progress: told of every measured multi-view.
-        tell: see `capture_depth`.
+        tell: see `capture_depth`; also told of a curve that took the place of the one in use.
         more: returns further outputs, given the request with its folder, and the folder for what
             they write: that of the request, or a new one.
 
@@ -46,6 +46,11 @@ def capture_on_rig(
         if request.folder is None and request.ends:
             request = replace(request, folder=new_folder(store, "captures", profile.name))
         kept = request.folder or new_folder(store, "captures", profile.name)
-    request = replace(request, outputs=(*request.outputs, *more(request, kept)))
-    with depth_camera(run) as camera:
-        return capture_depth(camera, request, progress, tell)
+        request = replace(request, outputs=(*request.outputs, *more(request, kept)))
+        with depth_camera(run) as camera:
+            summary = capture_depth(camera, request, progress, tell)
+        newer = newer_curve(store, run, choice.curve)
+        if newer is not None:
+            used = "no curve" if run.curve is None else f"curve {run.curve.id}"
+            tell(f"rig: curve {newer} was made meanwhile; this capture used {used} to its end")
+        return summary

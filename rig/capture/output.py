@@ -19,7 +19,7 @@ class Output(Protocol):
         """What messages and the counts of dropped frames call it, one word."""
         ...
 
-    def write(self, frame: DepthFrame) -> None:
+    def write(self, frame: DepthFrame, /) -> None:
         """Take one frame; frames come in their order, some may be left out.
 
         Raises:

@@ -7,11 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from rig.capture.output import Output
+from rig.capture.spread import Spread, SpreadTally
 from rig.errors import OutputError, RigError
 from rig.live.frame import DepthFrame
 
 PATIENCE_S = 30.0
 """An output that takes longer for one frame, or to close, hangs: a file server that is gone."""
+_SLICE_S = 0.2
+"""A Ctrl-C that comes right before a wait is noticed after it only."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +28,8 @@ class OutputSummary:
     """Frames that it took."""
     dropped: int
     """Frames that it was too slow for, or that were lost when it failed or came later."""
+    latency_s: Spread
+    """From mid-exposure until it had taken a frame."""
     failure: RigError | None
     """Why it ended before the capture did, or is not whole."""
 
@@ -59,7 +64,8 @@ class OutputThread:
         self._patience_s = patience_s
         self._clock_s = clock_s
         self._news = threading.Condition()
-        self._frames: deque[DepthFrame] = deque()
+        self._frames: deque[tuple[DepthFrame, float]] = deque()
+        self._latency_s = SpreadTally()
         self._is_ending = False
         self._is_done = False
         self._is_writing = False
@@ -82,7 +88,14 @@ class OutputThread:
         """What it did so far."""
         with self._news:
             missed = self._offered - self._written - len(self._frames) - self._is_writing
-            return OutputSummary(self.name, self._is_kept, self._written, missed, self._failure)
+            return OutputSummary(
+                self.name,
+                self._is_kept,
+                written=self._written,
+                dropped=missed,
+                latency_s=self._latency_s.spread,
+                failure=self._failure,
+            )
 
     def offer(self, frame: DepthFrame) -> None:
         """Queue one frame; drop and count the oldest where there is no room."""
@@ -96,7 +109,7 @@ class OutputThread:
                 return
             if len(self._frames) >= self._room:
                 self._frames.popleft()
-            self._frames.append(frame)
+            self._frames.append((frame, self._clock_s()))
             self._news.notify_all()
 
     def end(self) -> None:
@@ -105,11 +118,16 @@ class OutputThread:
             self._is_ending = True
             self._news.notify_all()
 
+    def wait(self) -> None:
+        """Wait until it has ended, or is given up."""
+        with self._news:
+            self._wait_until(lambda: self._is_done)
+
     def finish(self) -> OutputSummary:
         """End it, wait for that, and say what it did."""
         self.end()
+        self.wait()
         with self._news:
-            self._wait_until(lambda: self._is_done)
             self._require_sound()
         return self.summary
 
@@ -126,7 +144,7 @@ class OutputThread:
             left_s = self._patience_left_s()
             if left_s <= 0.0:
                 return
-            self._news.wait(left_s)
+            self._news.wait(min(left_s, _SLICE_S))
 
     def _patience_left_s(self) -> float:
         """Give the output up that has been busy for too long; return how long it still may be."""
@@ -149,18 +167,20 @@ class OutputThread:
         self._frames.clear()
 
     def _run(self) -> None:
-        while (frame := self._next()) is not None:
+        while (waiting := self._next()) is not None:
+            frame, offered_s = waiting
             if self._guarded(lambda frame=frame: self._output.write(frame)):
                 with self._news:
                     self._written += 1
                     self._is_writing = False
+                    self._latency_s.add(frame.latency_s + self._clock_s() - offered_s)
         self._guarded(self._output.close)
         with self._news:
             self._since_s = None
             self._is_done = True
             self._news.notify_all()
 
-    def _next(self) -> DepthFrame | None:
+    def _next(self) -> tuple[DepthFrame, float] | None:
         """Wait for the next frame; None where there will be none."""
         with self._news:
             self._since_s = None

@@ -43,6 +43,8 @@ class Outputs:
         """Let all take what waits for them, and close them."""
         for thread in self._threads:
             thread.end()
+        for thread in self._threads:  # all of them, before a mistake in one is raised
+            thread.wait()
         self.summaries = tuple(thread.finish() for thread in self._threads)
         self._tell_failures("it is not whole")
 

@@ -1,29 +1,37 @@
 """What a capture did, frame by frame."""
 
-import statistics
 from dataclasses import dataclass, field
 
+from rig.capture.spread import SpreadTally
 from rig.live.frame import DepthFrame
 
 
 @dataclass(slots=True)
 class CaptureTally:
-    """Latency, skew and answers of the frames so far."""
+    """Times and answers of the frames so far; takes the same memory for any number of them."""
 
-    latencies_s: list[float] = field(default_factory=list)
-    skews_s: list[float] = field(default_factory=list)
-    valid_shares: list[float] = field(default_factory=list)
+    frames: int = 0
+    latency_s: SpreadTally = field(default_factory=SpreadTally)
+    measuring_s: SpreadTally = field(default_factory=SpreadTally)
+    skew_s: SpreadTally = field(default_factory=SpreadTally)
+    time_ns: tuple[int, int] | None = None
+    """First and last frame by the wall clock."""
+    _valid_shares: float = 0.0
 
     def add(self, frame: DepthFrame) -> None:
         """Count one frame."""
-        self.latencies_s.append(frame.latency_s)
-        self.skews_s.append(frame.views.skew_s)
-        self.valid_shares.append(frame.valid_share)
+        self.frames += 1
+        self.latency_s.add(frame.latency_s)
+        self.measuring_s.add(frame.measuring_s)
+        self.skew_s.add(frame.views.skew_s)
+        first_ns = frame.time_ns if self.time_ns is None else self.time_ns[0]
+        self.time_ns = (first_ns, frame.time_ns)
+        self._valid_shares += frame.valid_share
 
     @property
     def valid_pct(self) -> float:
         """Mean share of pixels with an answer, per cent; NaN before the first frame."""
-        return 100.0 * statistics.fmean(self.valid_shares) if self.valid_shares else float("nan")
+        return 100.0 * self._valid_shares / self.frames if self.frames else float("nan")
 
 
 def in_words(frame: DepthFrame) -> str:

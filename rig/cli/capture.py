@@ -19,6 +19,7 @@ from rig.cli.page_options import ViewHost, ViewPort, page_of
 
 if TYPE_CHECKING:
     from rig.capture.capture import CaptureSummary
+    from rig.capture.spread import Spread
 
 
 def capture(
@@ -102,35 +103,63 @@ def capture(
 
 def _as_dict(summary: "CaptureSummary") -> dict[str, object]:
     latency_s, skew_s = summary.latency_s, summary.skew_s
+    by_output = {output.name: output.dropped for output in summary.outputs}
     return {
         "frames": summary.frames,
         "fps": summary.frames_per_s,
-        "latency_ms": {"p50": 1e3 * latency_s.median, "p95": 1e3 * latency_s.p95},
+        "fps_measuring": summary.measured_per_s,
+        "waited_s": summary.waited_s,
+        "latency_ms": _in_ms(latency_s),
+        "measuring_ms": _in_ms(summary.measuring_s),
         "dropped": sum(summary.dropped.values()),
-        "dropped_by_reason": dict(summary.dropped),
-        "valid_pct": summary.valid_pct,
-        "skew_ms": {
-            "p50": 1e3 * skew_s.median,
-            "p95": 1e3 * skew_s.p95,
-            "max": 1e3 * skew_s.largest,
+        "dropped_by_reason": {**summary.dropped, **by_output},
+        "outputs": {
+            output.name: {
+                "written": output.written,
+                "dropped": output.dropped,
+                "latency_ms": _in_ms(output.latency_s),
+                "failed": None if output.failure is None else str(output.failure),
+            }
+            for output in summary.outputs
         },
+        "valid_pct": summary.valid_pct,
+        "skew_ms": {**_in_ms(skew_s), "max": 1e3 * skew_s.largest},
+        "time_ns": summary.time_ns,
         "out": None if summary.folder is None else str(summary.folder),
     }
+
+
+def _in_ms(spread: "Spread") -> dict[str, float]:
+    return {"p50": 1e3 * spread.median, "p95": 1e3 * spread.p95}
 
 
 def _show(summary: "CaptureSummary") -> None:
     from rig.cli.output import show
 
     what = "slopes" if summary.curve_id is None else f"depth (curve {summary.curve_id})"
+    whom = "simulated camera" if summary.is_simulated else "camera"
     show(
         f"{summary.frames} multi-views, {what}: {summary.frames_per_s:.1f} per s, "
-        f"latency {1e3 * summary.latency_s.median:.0f} ms median, "
-        f"{1e3 * summary.latency_s.p95:.0f} ms 95th percentile"
+        f"{summary.measured_per_s:.1f} without waiting for the {whom}"
+    )
+    show(
+        f"latency from mid-exposure {_in_words(summary.latency_s)}, "
+        f"of which measuring {1e3 * summary.measuring_s.median:.0f} ms"
     )
     lost = ", ".join(f"{count} {reason}" for reason, count in summary.dropped.items() if count)
     show(
         f"answer at {summary.valid_pct:.1f} % of the pixels; "
         f"skew at most {1e3 * summary.skew_s.largest:.2f} ms; dropped: {lost or 'none'}"
     )
+    for output in summary.outputs:
+        state = "" if output.failure is None else "; failed, see below"
+        show(
+            f"{output.name}: {output.written} taken, {output.dropped} dropped, "
+            f"latency {_in_words(output.latency_s)}{state}"
+        )
     if summary.folder is not None:
-        show(f"maps in {summary.folder}; a picture of the last one: {summary.picture}")
+        show(f"maps in {summary.folder}; a picture of the last one: {summary.picture or 'none'}")
+
+
+def _in_words(spread: "Spread") -> str:
+    return f"{1e3 * spread.median:.0f} ms median, {1e3 * spread.p95:.0f} ms 95th percentile"

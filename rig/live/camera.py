@@ -2,20 +2,25 @@
 
 import threading
 import time
-from collections.abc import Callable, Generator, Iterator, Mapping
-from contextlib import AbstractContextManager, ExitStack, closing, contextmanager
+from collections import Counter, deque
+from collections.abc import Callable, Generator, Mapping
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
 
 from rig.devices import Camera, Clock, SystemClock
-from rig.errors import CameraUseError, ViewSkewError
+from rig.errors import CameraUseError, CaptureTimeoutError, ViewSkewError
 from rig.frames import MultiView
 from rig.live.again import Reopening
+from rig.live.ahead import Ahead
 from rig.live.frame import DepthFrame
-from rig.live.measure import DepthMeter
+from rig.live.measure import DepthMeter, Rectified, rectified
+from rig.live.taking import Rules, Taken, Taking, TakingOnDemand, TakingThread
 from rig.stored import Run
 
+_READ_AHEAD = 2
+"""Stored multi-views that wait to be rectified."""
 _WITH = 'use "with rig.open(...) as camera:"'
 
 
@@ -33,7 +38,8 @@ class DepthCamera:
     """Gives depth: a context manager to loop over.
 
     One thread uses it at a time, and while one loops no other may; only `close` and `dropped` may
-    be called from anywhere. It starts no thread, prints nothing and leaves signals alone.
+    be called from anywhere. While one loops, two threads take and rectify what comes next; they end
+    with the loop. It prints nothing and leaves signals alone.
 
     Args:
         run: what the rig uses.
@@ -56,12 +62,18 @@ class DepthCamera:
         self._using = threading.Lock()
         self._user: int | None = None
         self._looping: int | None = None
+        self._loops = 0
+        self._ahead: Ahead | None = None
+        self._left: deque[Taken] = deque()
         self._closing = threading.Event()
         self._was_opened = False
         self._opened: _Opened | None = None
         self._stack = ExitStack()
-        self._skewed = 0
+        self._left_out: Counter[str] = Counter()
         self._dropped: Mapping[str, int] = {}
+        self.waited_s = 0.0
+        """How long loops have waited for the camera: for pictures, or for the simulation of them.
+        """
 
     def __enter__(self) -> Self:
         """Open the device.
@@ -82,7 +94,7 @@ class DepthCamera:
                 device,
                 clock,
                 reconnect_s=self._reconnect_s,
-                is_over=self._closing.is_set,
+                is_over=self._is_over,
             )
             self._opened = _Opened(device, clock, reopening, DepthMeter(self.run))
         return self
@@ -102,6 +114,8 @@ class DepthCamera:
         call waits for that, at most `camera.timeout_s` of the profile and the time of one frame.
         """
         self._closing.set()
+        if self._ahead is not None:
+            self._ahead.wake()
         if self._user == threading.get_ident():
             return  # called by a signal in the middle of a frame: its end closes
         with self._using:
@@ -136,7 +150,10 @@ class DepthCamera:
         """How many multi-views were dropped since opening, by reason; kept after closing."""
         opened = self._opened
         counts = self._dropped if opened is None else opened.reopening.dropped
-        return {**counts, "skew": counts.get("skew", 0) + self._skewed}
+        total = Counter({"skew": 0})
+        for part in (counts, self._left_out):
+            total.update(part)
+        return dict(total)
 
     def grab(self, timeout_s: float | None = None) -> DepthFrame:
         """Return a frame that is exposed after the call; all of the range is searched.
@@ -159,12 +176,12 @@ class DepthCamera:
             opened = self._running()
             self._refuse_another_loop()
             wait_s = config.timeout_s if timeout_s is None else timeout_s
-            multiview = opened.device.grab(wait_s)
-            if multiview.skew_s > config.max_skew_s:
+            taken = self._grabbed(opened, wait_s)
+            if taken.views.skew_s > config.max_skew_s:
                 raise ViewSkewError(
-                    self._name, skew_s=multiview.skew_s, allowed_s=config.max_skew_s
+                    self._name, skew_s=taken.views.skew_s, allowed_s=config.max_skew_s
                 )
-            return self._measured(opened, multiview, follows=False)
+            return opened.meter.measure(rectified(self.run, taken), follows=False)
 
     def __iter__(self) -> Generator[DepthFrame]:
         """Yield depth, each frame the hypothesis for the next, until the camera is closed.
@@ -190,37 +207,78 @@ class DepthCamera:
             opened = self._running()
             self._refuse_another_loop()
             self._looping = threading.get_ident()
+            self._loops += 1
+            ahead = self._ahead = self._ahead or self._taking_ahead(opened)
         try:
-            with closing(opened.reopening.stream()) as stream:
-                while not self._closing.is_set():
-                    with self._used():
-                        frame, is_last = self._next(opened, stream)
-                    if is_last:
-                        return
-                    if frame is not None:
-                        yield frame
+            while not self._closing.is_set():
+                with self._used():
+                    frame = self._next(opened, ahead)
+                if frame is None:
+                    return
+                yield frame
         finally:
-            self._looping = None
+            self._loops -= 1
+            if not self._loops:
+                self._looping = None
+                self._stop_taking()
 
-    def _next(self, opened: _Opened, stream: Iterator[MultiView]) -> tuple[DepthFrame | None, bool]:
-        """Return the next frame, None for one that is skewed; and whether there is none left."""
-        try:
-            multiview = next(stream, None)
-        except Exception:
-            if self._closing.is_set():  # nobody waits for it any more
-                return None, True
-            raise
-        if multiview is None:
-            return None, True
-        if multiview.skew_s > self.run.profile.camera.max_skew_s:
-            self._skewed += 1
-            return None, False
-        return self._measured(opened, multiview, follows=True), False
+    def _next(self, opened: _Opened, ahead: Ahead) -> DepthFrame | None:
+        asked_s = time.perf_counter()
+        given = ahead.next()
+        if given is None:
+            return None
+        self.waited_s += max(0.0, given.taken.handed_over_s - asked_s)
+        if self.run.profile.camera.is_stored:  # each of them is used, however old it gets
+            ahead.begin()
+        return opened.meter.measure(given, follows=True, on_slopes=ahead.begin)
 
-    def _measured(self, opened: _Opened, multiview: MultiView, *, follows: bool) -> DepthFrame:
-        age_s = opened.clock.now_s() - multiview.timestamp_s
-        time_ns = self._utc_ns() - round(1e9 * age_s)
-        return opened.meter.measure(multiview, time_ns, follows=follows)
+    def _taking_ahead(self, opened: _Opened) -> Ahead:
+        config, count = self.run.profile.camera, self._leave_out
+        stream = opened.reopening.stream()
+        rules = Rules(lambda views: self._stamped(opened, views), config.max_skew_s, count)
+        taking: Taking
+        if not isinstance(opened.clock, SystemClock):
+            taking = TakingOnDemand(stream, rules)
+        elif config.is_stored:
+            taking = TakingThread(stream, rules, room=_READ_AHEAD, waits=True, before=self._left)
+        else:
+            taking = TakingThread(stream, rules, room=1, waits=False)
+        return Ahead(taking, self._rectified, count)
+
+    def _stop_taking(self) -> None:
+        ahead = self._ahead
+        if ahead is None:
+            return
+        left = ahead.stop()
+        if self._ahead is ahead:
+            self._ahead = None
+            self._left = deque(left if self.run.profile.camera.is_stored else ())
+
+    def _grabbed(self, opened: _Opened, timeout_s: float) -> Taken:
+        ahead = self._ahead
+        if self.run.profile.camera.is_stored:  # what was read ahead comes first
+            found = ahead.next_taken() if ahead else (self._left.popleft() if self._left else None)
+            return found or self._stamped(opened, opened.device.grab(timeout_s))
+        if ahead is None:
+            return self._stamped(opened, opened.device.grab(timeout_s))
+        with ahead.paused(timeout_s) as is_free:
+            if not is_free:
+                raise CaptureTimeoutError(self._name, missing=self.views, timeout_s=timeout_s)
+            return self._stamped(opened, opened.device.grab(timeout_s))
+
+    def _stamped(self, opened: _Opened, views: MultiView) -> Taken:
+        age_s = opened.clock.now_s() - views.timestamp_s
+        return Taken(views, age_s, self._utc_ns() - round(1e9 * age_s), time.perf_counter())
+
+    def _rectified(self, taken: Taken) -> Rectified:
+        return rectified(self.run, taken)
+
+    def _leave_out(self, reason: str) -> None:
+        self._left_out[reason] += 1
+
+    def _is_over(self) -> bool:
+        """Whether nobody waits for the stream any more."""
+        return self._closing.is_set() or (self._ahead is not None and self._ahead.is_over)
 
     @contextmanager
     def _used(self) -> Generator[None]:
@@ -237,6 +295,7 @@ class DepthCamera:
             self._using.release()
 
     def _shut(self) -> None:
+        self._stop_taking()
         if self._opened is not None:
             self._dropped = dict(self._opened.reopening.dropped)
         self._opened = None

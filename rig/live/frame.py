@@ -1,5 +1,6 @@
 """One multi-view with its depth: what a program gets."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -35,13 +36,18 @@ class DepthFrame:
     """Middle of the exposure by this machine's wall clock, UTC, ns since 1970-01-01: the mean over
     the views. As sure as `views.frames[i].uncertainty_s`, and as that clock."""
     latency_s: float
-    """From the moment the camera handed the multi-view over until its depth was ready."""
+    """From the middle of the exposure until the depth was ready: on the clock of the camera until
+    it handed the multi-view over, then on this machine's. In simulated time the scene stands still
+    while depth is made of it; that time counts all the same."""
     rig: str
     """Name of the rig."""
     depth: DepthMap | None
     """None where the camera was opened with `curve="none"`."""
     pinhole: Pinhole | None
     """See `camera`; None where nothing tells the focal length."""
+    measuring_s: float = math.nan
+    """How long rectifying and estimating took; the rest of `latency_s` was waiting. NaN where
+    nobody measured that."""
 
     @property
     def depth_mm(self) -> NDArray[np.float32]:

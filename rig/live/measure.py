@@ -1,7 +1,8 @@
 """From multi-views to depth, each the hypothesis for the next."""
 
 import time
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
@@ -15,10 +16,32 @@ from rig.frames import GreyImage, MultiView
 from rig.geometry.pinhole import Pinhole
 from rig.live.frame import DepthFrame
 from rig.live.frozen import frozen_views
+from rig.live.taking import Taken
 from rig.stored import Run
 
 _MOTION_PX = np.float32(0.2)
 """1 sigma of what a slope may change from one multi-view to the next and still be followed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rectified:
+    """A multi-view in the common frame."""
+
+    taken: Taken
+    views: RectifiedViews
+    took_s: float
+    """How long that took."""
+
+
+def rectified(run: Run, taken: Taken) -> Rectified:
+    """Bring a multi-view into the common frame; any number of threads may do so.
+
+    Raises:
+        SlopeError: the pictures do not fit the calibration.
+    """
+    begun_s = time.perf_counter()
+    views = run.optics.views([frame.image for frame in taken.views.frames])
+    return Rectified(taken, views, time.perf_counter() - begun_s)
 
 
 class DepthMeter:
@@ -44,32 +67,36 @@ class DepthMeter:
         self._placement: Placement | None = None
         self._mending: Mending | None = None
         self._last: MultiView | None = None
+        self._pinholes: dict[tuple[int, ...], Pinhole | None] = {}
 
-    def measure(self, multiview: MultiView, time_ns: int, *, follows: bool) -> DepthFrame:
+    def measure(
+        self, given: Rectified, *, follows: bool, on_slopes: Callable[[], None] = lambda: None
+    ) -> DepthFrame:
         """Return slopes and, where the run has a curve, depth of one multi-view.
 
         Args:
-            multiview: of the run's camera.
-            time_ns: see `DepthFrame.time_ns`.
+            given: of the run's camera.
             follows: whether the scene is about where the multi-view before showed it. Its slopes
                 are then the hypothesis: only their neighbourhood is searched, all of the range
                 where they are contradicted or unknown. A scene that jumps is right again in the
                 second multi-view after it.
+            on_slopes: called once the slopes are known and only little is left to do.
 
         Raises:
             CurveError: rows miss otherwise than when the curve was made.
             SlopeError: the images give no slopes at all, or the reference view is frozen.
         """
         begun_s = time.perf_counter()
-        run, count = self._run, len(multiview.frames)
-        rectified = run.optics.views([frame.image for frame in multiview.frames])
-        views = replace(expecting_rows(run, rectified), mending=self._mending)
+        run, multiview = self._run, given.taken.views
+        count = len(multiview.frames)
+        views = replace(expecting_rows(run, given.views), mending=self._mending)
         if self._placement is not None:
             views = views.placed(self._placement)
         views, warnings = moving_views(views, frozen_views(self._last, multiview))
         self._last = multiview
         hypothesis = self._hypothesis if follows else None
         found = estimate_slopes(views, run.profile.slopes.range_px, hypothesis)
+        on_slopes()
         require_same_rows(run, found.mending)
         slopes = run.optics.answered(found)
         slopes = replace(slopes, warnings=warnings + slopes.warnings)
@@ -79,19 +106,26 @@ class DepthMeter:
             self._mending = slopes.mending
         self._hypothesis = SlopePrior(slopes.slope_px, np.maximum(slopes.sigma_px, _MOTION_PX))
         depth = depth_of(run, slopes)
+        ended_s = time.perf_counter()
         frame = DepthFrame(
             index=self._index,
             views=multiview,
             slopes=slopes,
-            image=_picture(rectified, multiview),
-            time_ns=time_ns,
-            latency_s=time.perf_counter() - begun_s,
+            image=_picture(given.views, multiview),
+            time_ns=given.taken.time_ns,
+            latency_s=given.taken.age_s + ended_s - given.taken.handed_over_s,
+            measuring_s=given.took_s + ended_s - begun_s,
             rig=run.profile.name,
             depth=depth,
-            pinhole=pinhole_of(run, slopes.slope_px.shape),
+            pinhole=self._pinhole(slopes.slope_px.shape),
         )
         self._index += 1
         return frame
+
+    def _pinhole(self, shape: tuple[int, ...]) -> Pinhole | None:
+        if shape not in self._pinholes:
+            self._pinholes = {shape: pinhole_of(self._run, shape)}
+        return self._pinholes[shape]
 
 
 def depth_of(run: Run, slopes: SlopeMap) -> DepthMap | None:

@@ -117,8 +117,10 @@ def test_a_mistake_in_an_output_is_not_hidden():
     with pytest.raises(ZeroDivisionError, match="seven"):
         for frame in others:
             thread.offer(frame)
+    slow = ScriptedOutput("recording")
     with pytest.raises(ZeroDivisionError, match="seven"):
-        thread.finish()
+        Outputs((thread, kept(slow)), lambda _: None).finish()
+    assert slow.closed == 1
 
 
 def test_where_one_output_cannot_be_opened_the_others_are_closed():

@@ -24,14 +24,17 @@ Wrap = Callable[[Camera, World], Camera]
 
 
 def tiny_rig(
-    wrap: Wrap = lambda camera, _: camera, *overrides: str, utc_ns: Callable[[], int] | None = None
+    wrap: Wrap = lambda camera, _: camera,
+    *overrides: str,
+    utc_ns: Callable[[], int] | None = None,
+    clock: Clock | None = None,
 ) -> tuple[DepthCamera, World]:
-    """Return a rig of tiny pictures, not yet open, and its world."""
+    """Return a rig of tiny pictures, not yet open, and its world; time is simulated by default."""
     run = open_simulated_rig([*TINY, *overrides]).run
     config, world_config = run.profile.camera, run.profile.world
     assert isinstance(config, SimCameraConfig)
     assert world_config is not None
-    clock = VirtualClock()
+    clock = clock or VirtualClock()
     carriage = Carriage(world_config.carriage, clock)
     world = World(run.profile, clock=clock, carriage=carriage, scene="board")
     device = wrap(SimCamera(config, world), world)

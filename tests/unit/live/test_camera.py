@@ -2,6 +2,7 @@
 
 import itertools
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -44,6 +45,19 @@ def test_a_slow_program_sees_the_newest_frame_and_the_driver_does_not_wait():
             world.clock.sleep_s(10.5 * INTERVAL_S)
         assert numbers == [0, 10, 21, 31]
         assert camera.dropped["late"] == 28
+
+
+def test_waiting_for_the_camera_ends_where_measuring_begins():
+    camera, _ = tiny_rig()
+    begun_s = time.perf_counter()
+    with camera:
+        frames = list(itertools.islice(camera, 3))
+    took_s = time.perf_counter() - begun_s
+    measuring_s = sum(frame.measuring_s for frame in frames)
+    assert 0.0 < camera.waited_s <= took_s - measuring_s
+    # In simulated time nothing waits: 4 ms are from mid-exposure to the end of the exposure.
+    for frame in frames:
+        assert frame.measuring_s <= frame.latency_s - 0.004 < frame.measuring_s + 1.0
 
 
 def test_a_grab_is_exposed_after_the_call_also_within_a_loop():

@@ -7,10 +7,10 @@ from functools import cache
 import cv2
 import numpy as np
 import pytest
+from rig_sim.clock import VirtualClock
 
 from rig.compare.frames import compare_frames
 from rig.curve import fit_curve
-from rig.devices import SystemClock
 from rig.epipolar.mending.corner_rows import CornersBeside, rows_of_corners
 from rig.epipolar.mending.row_errors import RowErrors
 from rig.errors import CurveError
@@ -77,7 +77,7 @@ def run(row_errors: RowErrors | None) -> Run:
 
 def captured(row_errors: RowErrors | None, *, misses: bool) -> list[DepthFrame]:
     device = Sequence(NAMES, [frames(misses, number) for number in range(2)])
-    with DepthCamera(run(row_errors), lambda: nullcontext((device, SystemClock()))) as camera:
+    with DepthCamera(run(row_errors), lambda: nullcontext((device, VirtualClock()))) as camera:
         return list(camera)
 
 
@@ -94,7 +94,7 @@ def test_a_curve_that_a_program_brought_is_named_as_such():
     brought = replace(run(None), curve=RunCurve(None, fit_curve(exact_sweep()).best, None))
     device = Sequence(NAMES, [frames(misses=True)])
     with (
-        DepthCamera(brought, lambda: nullcontext((device, SystemClock()))) as camera,
+        DepthCamera(brought, lambda: nullcontext((device, VirtualClock()))) as camera,
         pytest.raises(CurveError, match=r"^the curve that was given was made .*; sweep again$"),
     ):
         list(camera)

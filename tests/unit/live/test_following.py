@@ -8,8 +8,8 @@ from typing import Self
 
 import numpy as np
 import pytest
+from rig_sim.clock import VirtualClock
 
-from rig.devices import SystemClock
 from rig.errors import SlopeError
 from rig.frames import Frame, MultiView
 from rig.live.camera import DepthCamera
@@ -37,7 +37,7 @@ def depth_camera(profile: Profile, multiviews: list[MultiView]) -> DepthCamera:
     names = tuple(view.name for view in profile.views)
     device = Sequence(names, multiviews)
     run = Run(profile, nominal_optics(profile))
-    return DepthCamera(run, lambda: nullcontext((device, SystemClock())))
+    return DepthCamera(run, lambda: nullcontext((device, VirtualClock())))
 
 
 def measured(profile: Profile, multiviews: list[MultiView]) -> list[DepthFrame]:

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from rig.errors import CalibrationError, FormatError
 from rig.geometry.pinhole import Pinhole
 from rig.geometry.pose import Pose
-from rig.live.measure import DepthMeter
+from rig.live.measure import DepthMeter, rectified
+from rig.live.taking import Taken
 from rig.optics.calibrated import calibrated_optics
 from rig.stored import Run
 from rig.testing.simulated import BOARD_MM, open_simulated_rig
@@ -93,7 +94,9 @@ def test_with_a_calibration_picture_and_camera_are_those_of_the_rectified_view()
     optics = calibrated_optics(small.profile, geometry, 3)
     with small.camera() as camera:
         multiview = camera.grab(5.0)
-    frame = DepthMeter(Run(small.profile, optics)).measure(multiview, 5, follows=False)
+    run = Run(small.profile, optics)
+    taken = Taken(multiview, age_s=0.0, time_ns=5, handed_over_s=0.0)
+    frame = DepthMeter(run).measure(rectified(run, taken), follows=False)
     reference = small.profile.reference
     assert frame.image.dtype == multiview.frames[reference].image.dtype
     assert (frame.image == optics.pictures(multiview.stack())[reference]).all()
