@@ -1,5 +1,6 @@
 """A frame of a capture as a page gets it."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -74,11 +75,16 @@ def _facts(frame: DepthFrame, run: Run) -> dict[str, Any]:
 def _pace(frame: DepthFrame, pace: Pace) -> dict[str, Any]:
     return {
         "frames_per_s": pace.frames_per_s,
-        "measuring_ms": 1e3 * frame.latency_s,
+        "latency_ms": _ms(frame.latency_s),
+        "measuring_ms": _ms(frame.measuring_s),
         "skew_ms": 1e3 * frame.views.skew_s,
         "temperature_degc": frame.views.temperature_degc,
         "dropped": dict(pace.dropped),
     }
+
+
+def _ms(time_s: float) -> float | None:
+    return 1e3 * time_s if math.isfinite(time_s) else None
 
 
 def _maps(frame: DepthFrame, wants: frozenset[str]) -> tuple[dict[str, Any], Arrays]:

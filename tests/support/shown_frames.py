@@ -47,7 +47,7 @@ class Scene:
         return np.minimum(np.minimum(wall, floor), ball)
 
     def frame(self, index: int, *, sway_mm: float = 0.0, has_depth: bool = True) -> DepthFrame:
-        """Frame `index`; a twentieth of it has no answer."""
+        """Frame `index`; about a twentieth of it has no answer."""
         rng = np.random.default_rng(index)
         true_mm = self.depth_mm(sway_mm)
         scale = self.focal_px * self.run.profile.pitch_mm
@@ -55,8 +55,7 @@ class Scene:
         sigma_px = np.full(slope.shape, 0.03) * (1.0 + rng.random(slope.shape))
         slope = slope + sigma_px * rng.standard_normal(slope.shape)
         label = np.where(slope > 0.0, 1, 2).astype(np.uint8)
-        y, x = np.indices(slope.shape)
-        label[((x // 7 + y // 5) % 20) == 0] = 0
+        label[_spots(rng, slope.shape)] = 0
         label[np.abs(np.gradient(true_mm, axis=1)) > 30.0] = 3
         slope_px = np.where(label > 0, slope, np.nan).astype(np.float32)
         depth_mm = (1.0 / (slope_px / scale + 1.0 / FOCUS_MM)).astype(np.float32)
@@ -77,7 +76,8 @@ class Scene:
             slopes=SlopeMap(slope_px, sigma, label),
             image=views.frames[reference].image,
             time_ns=1_790_000_000_000_000_000 + 50_000_000 * index,
-            latency_s=0.021,
+            latency_s=0.032,
+            measuring_s=0.021,
             rig=self.run.profile.name,
             depth=DepthMap(depth_mm, sigma_mm, label) if has_depth else None,
             pinhole=pinhole if has_depth else None,
@@ -104,6 +104,12 @@ class Scene:
             image = np.clip(np.rint(grey * (1.05 + 0.1 * x_step)), 0, 255).astype(np.uint8)
             frames.append(Frame(name, image, 10.0 + 0.05 * index, index, exposure_s=0.008))
         return MultiView(tuple(frames), temperature_degc=36.5)
+
+
+def _spots(rng: np.random.Generator, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    side = max(4, shape[1] // 80)
+    coarse = rng.random((shape[0] // side + 1, shape[1] // side + 1)) < 0.05
+    return np.kron(coarse, np.ones((side, side), bool))[: shape[0], : shape[1]]
 
 
 def scene(width: int = 64, height: int = 40) -> Scene:

@@ -229,7 +229,7 @@ function drawVitals(shown) {
   }
   $("fps").textContent = number(header.frames_per_s);
   $("measuring").textContent = `${number(header.measuring_ms, 0)} ms`;
-  $("age").textContent = words.age_ms == null ? "–" : `${number(words.age_ms, 0)} ms`;
+  $("age").textContent = words.age_ms == null ? "–" : `${number(header.latency_ms + words.age_ms, 0)} ms`;
   $("answer").textContent = `${number(shown.answer_pct, 0)} %`;
   $("drops").textContent = String(dropped);
   const first = app.draws[0], last = app.draws.at(-1);
@@ -240,6 +240,7 @@ function drawVitals(shown) {
     ["frame", String(header.frame)],
     ["taken", new Date(header.time_ms).toLocaleTimeString([], { hour12: false })],
     ["shown here", `${number(last > first ? (1000 * (app.draws.length - 1)) / (last - first) : NaN)} fps`],
+    ["to this page", words.age_ms == null ? "–" : `${number(words.age_ms)} ms`],
     ["left out here", String(words.skipped ?? 0)],
     ["skew", `${number(header.skew_ms, 2)} ms`],
     ...(exposures.length ? [["exposure", `${number(Math.min(...exposures), 2)} ms`]] : []),

@@ -4,10 +4,11 @@ import json
 import re
 import socket
 import threading
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from rig.testing.simulated import PROFILE
@@ -31,7 +32,7 @@ class Page(threading.Thread):
     def run(self) -> None:
         self.known.wait(SOON_S)
         url = self.address[0].replace("http", "ws") + "live"
-        with connect(url, max_size=None, compression=None) as page:
+        with suppress(ConnectionClosed), connect(url, max_size=None, compression=None) as page:
             self.is_open.set()
             for message in page:
                 if isinstance(message, str):
@@ -57,6 +58,7 @@ def page(monkeypatch: pytest.MonkeyPatch) -> Page:
     return one
 
 
+@pytest.mark.slow
 def test_a_page_sees_the_capture(rig: Command, page: Page, tmp_path: Path):
     out = tmp_path / "out"
     done = rig(

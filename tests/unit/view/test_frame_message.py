@@ -35,6 +35,7 @@ def test_the_header_tells_what_a_person_asks():
     assert header["calibration"] is None
     assert header["time_ms"] == frame.time_ns / 1e6
     assert header["measuring_ms"] == 21.0
+    assert header["latency_ms"] == 32.0
     assert header["skew_ms"] == 0.0
     assert header["temperature_degc"] == 36.5
     assert header["frames_per_s"] == 19.5
@@ -73,6 +74,11 @@ def test_the_maps_are_those_of_the_frame_to_half_a_step():
         np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=0.51 * step)
     np.testing.assert_array_equal(arrays["label"], frame.label)
     assert set(np.unique(frame.label)) == {Label.NONE, 1, 2, 3}
+
+
+def test_what_nobody_measured_is_none():
+    header, _ = message(replace(SCENE.frame(0), measuring_s=float("nan")))
+    assert header["measuring_ms"] is None
 
 
 def test_the_views_are_those_of_the_cameras():
