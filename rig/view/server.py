@@ -308,8 +308,9 @@ def _listen(host: str, port: int) -> socket.socket:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         return socket.create_server((host, port), family=family)
     except OSError as error:
-        known = error.errno is not None and error.errno > 0  # names that are not found are below
-        why = os.strerror(error.errno) if known else error.strerror
+        # Names that are not found have numbers of their own, below 0, and a text.
+        number = error.errno or 0
+        why = os.strerror(number) if number > 0 else error.strerror
         raise ConfigError(
             f"live page at {host}, port {port}: cannot listen there: {why}",
             advice="choose another --view-port (0: any free one) or another --view-host",

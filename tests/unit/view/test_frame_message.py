@@ -121,7 +121,11 @@ def test_sixteen_bits_are_shown_by_their_highest_eight():
     deep = MultiView(
         tuple(
             Frame(
-                one.view, one.image.astype(np.uint16) << 2, one.timestamp_s, one.sequence, bits=10
+                one.view,
+                np.left_shift(one.image, 2, dtype=np.uint16),
+                one.timestamp_s,
+                one.sequence,
+                bits=10,
             )
             for one in frame.views.frames
         )

@@ -244,7 +244,8 @@ def test_one_page_too_many_is_told_why(server: Server, told: Told):
 def test_pages_are_told_that_the_run_has_ended(told: Told):
     server = ViewServer[PlainMessage]("127.0.0.1", 0, TOKEN, Notices(told)).start()
     with look(server) as page, look(server) as stalled:
-        words(page), words(stalled)
+        words(page)
+        words(stalled)
         publish(server)
         threads = [one for one in threading.enumerate() if one.name == "rig view"]
         assert len(threads) == 1
