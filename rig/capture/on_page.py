@@ -1,8 +1,6 @@
 """The live page among the outputs of a capture."""
 
-import secrets
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from rig.capture.asked_for import AskedFor
@@ -10,20 +8,10 @@ from rig.capture.capture import CaptureRequest
 from rig.capture.output import Output, WantedOutput
 from rig.live.camera import DepthCamera
 from rig.progress import Tell
-from rig.view.actions import Recording, Refusal
-from rig.view.live_view import LiveView, serve_capture
-
-_TOKEN_BYTES = 16
-
-
-@dataclass(frozen=True, slots=True)
-class PageRequest:
-    """A live page that a person wants to see."""
-
-    host: str = "127.0.0.1"
-    """Where it is served; only this machine reaches the default."""
-    port: int = 0
-    """0: any free one."""
+from rig.view.actions import Actions, Recording, Refusal
+from rig.view.frame_message import FrameMessage
+from rig.view.live_view import LiveView, capture_save
+from rig.view.serving import PageRequest, serve_page
 
 
 def page_outputs(
@@ -52,20 +40,18 @@ def page_outputs(
 
     def view(camera: DepthCamera) -> Output:
         (kept,) = asked
-        server = serve_capture(
-            page.host,
-            page.port,
-            secrets.token_urlsafe(_TOKEN_BYTES),
-            tell,
-            kept.save
+        save = (
+            capture_save(kept.save)
             if request.folder is None
-            else Refusal(f"every frame is written into {folder} already"),
+            else Refusal(f"every frame is written into {folder} already")
+        )
+        recording = (
             Recording(kept.start_recording, kept.stop_recording, lambda: kept.is_recording)
             if request.recording is None
-            else Refusal(f"everything is recorded into {request.recording} already"),
+            else Refusal(f"everything is recorded into {request.recording} already")
         )
-        tell(f"rig: live page: {server.url}")
-        show(server.url)
+        actions: Actions[FrameMessage] = Actions(save, recording)
+        server = serve_page(page, tell, show, actions)
         return LiveView(camera.run, lambda: camera.dropped, server)
 
     return WantedOutput(keep, is_kept=True), WantedOutput(view, is_kept=False)

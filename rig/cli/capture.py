@@ -15,7 +15,7 @@ from rig.cli.options import (
     ProfileName,
     finite,
 )
-from rig.cli.page_options import ViewHost, ViewPort, page_of
+from rig.cli.page_options import View, ViewHost, ViewPort, capture_page, page_request
 
 if TYPE_CHECKING:
     from rig.capture.capture import CaptureSummary
@@ -58,9 +58,7 @@ def capture(
             show_default=False,
         ),
     ] = None,
-    view: Annotated[
-        bool, typer.Option("--view", help="Serve a live page; its address is printed.")
-    ] = False,
+    view: View = False,
     view_host: ViewHost = None,
     view_port: ViewPort = None,
     overrides: Overrides = None,
@@ -75,7 +73,7 @@ def capture(
     """
     if slopes_only and curve_id is not None:
         raise typer.BadParameter("--slopes-only uses no --curve")
-    more = page_of(view_host, view_port, is_wanted=view)
+    more = capture_page(page_request(view_host, view_port, is_wanted=view))
     from rig.capture.capture import CaptureRequest
     from rig.capture.on_rig import capture_on_rig
     from rig.cli.output import show_json, tell

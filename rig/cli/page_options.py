@@ -1,6 +1,7 @@
 """Options of the live page, for the verbs that have one."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,7 +10,11 @@ import typer
 if TYPE_CHECKING:
     from rig.capture.capture import CaptureRequest
     from rig.capture.output import WantedOutput
+    from rig.sweep.watch import SweepWatcher
+    from rig.view.server import ViewServer
+    from rig.view.serving import PageRequest
 
+View = Annotated[bool, typer.Option("--view", help="Serve a live page; its address is printed.")]
 ViewHost = Annotated[
     str | None,
     typer.Option(
@@ -32,18 +37,42 @@ ViewPort = Annotated[
 ]
 
 
-def page_of(
-    host: str | None, port: int | None, *, is_wanted: bool
-) -> "Callable[[CaptureRequest, Path], tuple[WantedOutput, ...]]":
-    """Return what makes the page of a capture as the options ask for it."""
+def page_request(host: str | None, port: int | None, *, is_wanted: bool) -> "PageRequest | None":
+    """Return the page that the options ask for; None for none."""
     if not is_wanted:
         if host is not None or port is not None:
             raise typer.BadParameter("--view-host and --view-port belong to --view")
+        return None
+    from rig.view.serving import PageRequest
+
+    default = PageRequest()
+    return PageRequest(host or default.host, default.port if port is None else port)
+
+
+def capture_page(
+    page: "PageRequest | None",
+) -> "Callable[[CaptureRequest, Path], tuple[WantedOutput, ...]]":
+    """Return what makes the page of a capture, if any."""
+    if page is None:
         return lambda *_: ()
-    from rig.capture.on_page import PageRequest, page_outputs
+    from rig.capture.on_page import page_outputs
     from rig.cli.output import tell
     from rig.view.browser import open_browser
 
-    default = PageRequest()
-    page = PageRequest(host or default.host, default.port if port is None else port)
     return lambda request, folder: page_outputs(page, request, folder, tell, open_browser)
+
+
+@contextmanager
+def sweep_page(page: "PageRequest | None") -> "Generator[SweepWatcher | None]":
+    """Serve the page of a sweep, if any, as long as the block runs."""
+    if page is None:
+        yield None
+        return
+    from rig.cli.output import tell
+    from rig.view.browser import open_browser
+    from rig.view.serving import serve_page
+    from rig.view.sweep_view import SweepMessage, SweepView
+
+    server: ViewServer[SweepMessage] = serve_page(page, tell, open_browser)
+    with closing(server):
+        yield SweepView(server)

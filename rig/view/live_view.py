@@ -8,9 +8,7 @@ import numpy as np
 
 from rig.live.frame import DepthFrame
 from rig.stored import Run
-from rig.view.actions import Actions, Recording, Refusal
 from rig.view.frame_message import Drops, FrameMessage, Pace
-from rig.view.notices import Notices
 from rig.view.packing import packed
 from rig.view.server import ViewServer
 
@@ -61,33 +59,9 @@ class LiveView:
         return (len(self._came_s) - 1) / took_s if took_s > 0.0 else None
 
 
-def serve_capture(
-    host: str,
-    port: int,
-    token: str,
-    tell: Callable[[str], None],
-    save: Callable[[DepthFrame], str] | Refusal,
-    recording: Recording | Refusal,
-) -> ViewServer[FrameMessage]:
-    """Return a started server for the frames of a capture.
+def capture_save(save: Callable[[DepthFrame], str]) -> Callable[[FrameMessage], str]:
+    """Return what saves the frame of a message; see `Actions.save`."""
 
-    Args:
-        host: where to listen.
-        port: 0 for any free one.
-        token: what the path of its address begins with.
-        tell: prints one line.
-        save: see `Actions`.
-        recording: see `Actions`.
-
-    Raises:
-        ConfigError: the port is taken, or the host is not this machine's.
-    """
-    kept = save if isinstance(save, Refusal) else _of_message(save)
-    actions: Actions[FrameMessage] = Actions(save=kept, recording=recording)
-    return ViewServer(host, port, token, Notices(tell), actions).start()
-
-
-def _of_message(save: Callable[[DepthFrame], str]) -> Callable[[FrameMessage], str]:
     def saved(message: FrameMessage) -> str:
         return save(message.frame)
 

@@ -16,6 +16,7 @@ _SCRIPTS = (
     "epi.js",
     "profile.js",
     "cloud.js",
+    "sweep.js",
     "link.js",
     "app.js",
 )

@@ -35,7 +35,7 @@ SOCKET = "live"
 """Place of the websocket behind the token."""
 MOST_PAGES = 8
 _OPEN_S, _CLOSE_S, _PING_S, _LINK_EVERY_S = 5.0, 10.0, 20.0, 0.5
-_SHUT_S, _JOIN_S = 1.5, 2.5
+_LOOK_S, _SHUT_S, _JOIN_S = 0.01, 1.0, 2.5
 """Within which all pages are let go of, and the thread ends: whatever they do."""
 
 M = TypeVar("M", bound=Message)
@@ -143,11 +143,22 @@ class ViewServer(Generic[M]):
         await self._shut(server)
 
     async def _shut(self, server: Server) -> None:
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._last_word(), _SHUT_S)
         server.close(code=CloseCode.GOING_AWAY, reason="the run has ended")
         with suppress(TimeoutError):
             await asyncio.wait_for(server.wait_closed(), _SHUT_S)
         for connection in self._clients:
             connection.transport.abort()
+
+    async def _last_word(self) -> None:
+        """Wait until every page that keeps up has been sent the newest message."""
+        newest = self._newest
+        while newest is not None and any(
+            client.has_credit and client.last < newest.number for client in self._clients.values()
+        ):
+            self._wake()
+            await asyncio.sleep(_LOOK_S)
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """Give the page, refuse, or let a websocket open (None)."""

@@ -4,6 +4,7 @@ import math
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,19 @@ import pytest
 from numpy.typing import NDArray
 
 from rig.live.frame import DepthFrame
-from rig.view.actions import Recording, Refusal
+from rig.measurement import Measurement
+from rig.stored import Run, optics_of
+from rig.sweep.job import SweepJob
+from rig.sweep.take import NewSample
+from rig.view.actions import Actions, Recording, Refusal
 from rig.view.frame_message import FrameMessage
-from rig.view.live_view import LiveView, serve_capture
+from rig.view.live_view import LiveView, capture_save
+from rig.view.notices import Notices
 from rig.view.server import ViewServer
+from rig.view.sweep_view import SweepMessage, SweepView
 from tests.closed_loop.test_report_in_browser import NAMES
 from tests.support.shown_frames import scene
+from tests.support.sweeps import bench_profile, stored_sweep
 
 pytestmark = pytest.mark.slow
 playwright = pytest.importorskip("playwright.sync_api")
@@ -105,7 +113,8 @@ def bench(browser: Any) -> Iterator[Bench]:
         saved.append(frame.index)
         return f"frame {frame.index} is in captures"
 
-    server = serve_capture("127.0.0.1", 0, "t", lambda _: None, save, recording)
+    actions = Actions(capture_save(save), recording)
+    server = ViewServer("127.0.0.1", 0, "t", Notices(lambda _: None), actions).start()
     page = browser.new_page(viewport={"width": 1280, "height": 900})
     one = Bench(LiveView(SCENE.run, lambda: {"skew": 3}, server), server, page)
     one.saved = saved
@@ -314,9 +323,8 @@ def test_slopes_alone_are_shown_in_px(bench: Bench):
 
 
 def test_a_button_that_cannot_says_why(browser: Any):
-    server = serve_capture(
-        "127.0.0.1", 0, "t", lambda _: None, Refusal("all is kept"), Refusal("-")
-    )
+    actions: Actions[FrameMessage] = Actions(Refusal("all is kept"), Refusal("-"))
+    server = ViewServer("127.0.0.1", 0, "t", Notices(lambda _: None), actions).start()
     page = browser.new_page()
     with closing(LiveView(SCENE.run, dict, server)):
         one = Bench(LiveView(SCENE.run, dict, server), server, page)
@@ -324,4 +332,49 @@ def test_a_button_that_cannot_says_why(browser: Any):
         one.show(SCENE.frame(0))
         page.click("#save")
         assert page.inner_text("#notice") == "all is kept"
+        page.close()
+
+
+def test_a_sweep_shows_corners_and_the_curve(browser: Any, tmp_path: Path):
+    store, result = stored_sweep(tmp_path)
+    with store:
+        sample = store.samples(result.sweep_id)[0]
+        new = NewSample(sample.stop, sample.number, sample.reached_mm, store.load(sample))
+    profile = bench_profile()
+    stops = tuple(one.stop for one in result.stops)
+    job = SweepJob(Run(profile, optics_of(profile, None)), stops, samples=2)
+    corners = tuple(tuple((80.0 + 20 * x, 60.0 + 20 * y) for x in range(8)) for y in range(5))
+    server = ViewServer[SweepMessage]("127.0.0.1", 0, "t", Notices(lambda _: None)).start()
+    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    with closing(server):
+        watcher = SweepView(server)
+        watcher.begins(job, 0)
+        page.goto(server.url)
+        watcher.took(new, sample.key)
+        watcher.measured({sample.key: Measurement(slope_px=4.5, corners_px=corners)})
+        watcher.concluded(result)
+        for _ in range(STEPS):
+            if page.evaluate("() => document.getElementById('headline').textContent !== ''"):
+                break
+            page.wait_for_timeout(STEP_MS)
+        assert page.inner_text("#headline") == str(result.headline)
+        assert page.inner_text("#mode") == "sweep"
+        assert page.inner_text("#sweep-value") == "400.0 mm"
+        assert f"1 of {len(stops)}" in page.inner_text("#sweep-facts")
+        assert page.locator("#sweep-views figure").count() == len(profile.views)
+        assert not page.locator("#freeze").is_visible()
+        drawn = page.evaluate(
+            """() => ["board", "board-over", "plan", "curve", "errors"].map((id) => {
+                const canvas = document.getElementById(id);
+                const { width, height } = canvas;
+                const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+                return data.filter((one, k) => k % 4 === 3 && one > 0).length / (data.length / 4);
+            })"""
+        )
+        assert drawn[0] == 1.0
+        assert all(0.0005 < share < 0.5 for share in drawn[1:]), drawn
+        page.screenshot(path=tmp_path / "sweep.png")
+        assert errors == []
         page.close()

@@ -16,14 +16,23 @@ const epis = [new Epi($("epi-h"), $("epi-h-text"), "row"), new Epi($("epi-v"), $
 const thin = Math.max(1, Math.round(Math.sqrt(256000 / (Number(query.get("points")) || 256000))));
 const cloud = new Cloud($("cloud"), thin);
 cloud.changed = () => schedule();
+const sweep = new Sweep();
 
 // ---- frames come in
 
 function took(message) {
+  const { header } = message;
+  document.body.dataset.mode = header.mode;
+  if (header.mode === "sweep") {
+    app.sweep = message;
+    app.came = performance.now();
+    $("rig").textContent = header.rig;
+    $("mode").textContent = "sweep";
+    return schedule(header.number);
+  }
   const isFirst = app.shown === null;
   app.shown = new Shown(message);
   app.came = performance.now();
-  document.body.dataset.mode = message.header.mode;
   if (isFirst) begin();
   schedule(message.header.number);
 }
@@ -59,6 +68,7 @@ function schedule(ack) {
 
 function draw() {
   const { shown } = app;
+  if (app.sweep) return sweep.draw(app.sweep);
   if (!shown) return;
   app.none = isDark.matches ? NONE.dark : NONE.light;
   drawMap(shown);
@@ -209,8 +219,10 @@ function drawPlane(shown) {
       ["rms", `${number(found.rms_mm, 2)} mm`, "Root mean square of the distances to the plane"],
       ["flatness", `${number(found.flatness_mm, 2)} mm`, "What 98 % of the distances to the plane span"],
       ["sub-pixel rms", `${number(found.subpixel_px, 3)} px`, "The same as slope, px per view step"],
-      ["z-accuracy", found.accuracy_mm === undefined ? "give the true distance" : `${signed(found.accuracy_mm, 1)} mm, ${signed(found.accuracy_pct, 2)} %`, "Distance of the plane less the true one"],
     );
+    if (found.accuracy_mm !== undefined) {
+      rows.push(["z-accuracy", `${signed(found.accuracy_mm, 2)} mm`, "Distance of the plane less the true one"], ["z-accuracy", `${signed(found.accuracy_pct, 3)} %`]);
+    }
   } else {
     rows.push(["slope", `${number(found.slope_px, 3)} px`], ["flatness", `${number(found.flatness_px, 3)} px`], ["sub-pixel rms", `${number(found.subpixel_px, 3)} px`]);
   }
@@ -265,10 +277,10 @@ function stateIs(state, text = null) {
 
 function showState() {
   const quiet_s = (performance.now() - app.came) / 1000;
-  const isStale = app.state === "open" && app.shown && !app.isFrozen && quiet_s * 1000 > STALE_MS;
-  const name = app.state !== "open" ? app.state : app.isFrozen ? "frozen" : !app.shown ? "waiting" : isStale ? `no frame for ${quiet_s.toFixed(0)} s` : "live";
+  const isStale = app.state === "open" && app.shown && !app.sweep && !app.isFrozen && quiet_s * 1000 > STALE_MS;
+  const name = app.state !== "open" ? app.state : app.isFrozen ? "frozen" : !app.shown && !app.sweep ? "waiting" : isStale ? `no frame for ${quiet_s.toFixed(0)} s` : "live";
   $("state").textContent = name;
-  $("lamp").dataset.state = app.state !== "open" ? app.state : app.isFrozen ? "frozen" : isStale ? "stale" : app.shown ? "live" : "waiting";
+  $("lamp").dataset.state = app.state !== "open" ? app.state : app.isFrozen ? "frozen" : isStale ? "stale" : app.shown || app.sweep ? "live" : "waiting";
 }
 setInterval(showState, 500);
 

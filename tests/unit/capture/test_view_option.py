@@ -1,65 +1,25 @@
 """`rig capture --view`, from the command line to a page."""
 
-import json
 import re
 import socket
-import threading
-from contextlib import closing, suppress
+from contextlib import closing
 from pathlib import Path
 
 import pytest
-from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import connect
 
 from rig.testing.simulated import PROFILE
-from rig.view.wire import decode
 from tests.support.command import Command
-
-SOON_S = 30.0
-
-
-class Page(threading.Thread):
-    """Looks at the first page whose address is told, and keeps what it saw."""
-
-    def __init__(self) -> None:
-        super().__init__(daemon=True)
-        self.address: list[str] = []
-        self.known = threading.Event()
-        self.is_open = threading.Event()
-        self.headers: list[dict[str, object]] = []
-        self.state: dict[str, object] = {}
-
-    def run(self) -> None:
-        self.known.wait(SOON_S)
-        url = self.address[0].replace("http", "ws") + "live"
-        with suppress(ConnectionClosed), connect(url, max_size=None, compression=None) as page:
-            self.is_open.set()
-            for message in page:
-                if isinstance(message, str):
-                    self.state.update(json.loads(message))
-                else:
-                    header, _ = decode(message)
-                    self.headers.append(header)
-                    page.send(json.dumps({"ack": header["number"]}))
+from tests.support.looking_on import SOON_S, LookingOn, looking_on
 
 
 @pytest.fixture
-def page(monkeypatch: pytest.MonkeyPatch) -> Page:
+def page(monkeypatch: pytest.MonkeyPatch) -> LookingOn:
     """Takes the browser's place."""
-    one = Page()
-
-    def open_browser(url: str) -> bool:
-        one.address.append(url)
-        one.known.set()
-        return one.is_open.wait(SOON_S)
-
-    monkeypatch.setattr("rig.view.browser.open_browser", open_browser)
-    one.start()
-    return one
+    return looking_on(monkeypatch)
 
 
 @pytest.mark.slow
-def test_a_page_sees_the_capture(rig: Command, page: Page, tmp_path: Path):
+def test_a_page_sees_the_capture(rig: Command, page: LookingOn, tmp_path: Path):
     out = tmp_path / "out"
     done = rig(
         "capture", str(PROFILE), "--slopes-only", "--view", "--frames", "5", "--out", str(out)
@@ -90,7 +50,22 @@ def test_a_taken_port_is_one_line_and_nothing_is_captured(rig: Command, tmp_path
     assert not (tmp_path / "out").exists()
 
 
-def test_where_belongs_to_view(rig: Command):
-    done = rig("capture", str(PROFILE), "--slopes-only", "--view-port", "8000", "--frames", "1")
+@pytest.mark.parametrize("verb", ["capture", "sweep"])
+def test_where_belongs_to_view(rig: Command, verb: str):
+    done = rig(verb, str(PROFILE), "--view-port", "8000")
     assert done.code == 2
     assert "--view-host and --view-port belong to --view" in done.err
+
+
+@pytest.mark.slow
+def test_a_page_sees_the_sweep(rig: Command, page: LookingOn):
+    places = ("480", "540", "600", "680", "760", "850", "950")
+    done = rig("sweep", str(PROFILE), "--at-mm", *places, "--samples", "1", "--view", "--json")
+    page.join(SOON_S)
+    assert done.code in (0, 3), done.err
+    assert not page.is_alive()
+    last = page.headers[-1]
+    assert last["mode"] == "sweep"
+    assert [stop["mm"] for stop in last["stops"]][:7] == [float(mm) for mm in places]
+    assert last["result"]["model"] == done.json["curve"]["model"], "the last word reaches the page"
+    assert page.headers[0]["at"] is None, "it is there before the stage moves"

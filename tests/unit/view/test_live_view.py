@@ -6,8 +6,12 @@ from contextlib import closing
 
 from websockets.sync.client import connect
 
-from rig.view.actions import Recording, Refusal
-from rig.view.live_view import LiveView, serve_capture
+from rig.live.frame import DepthFrame
+from rig.view.actions import Actions, Refusal
+from rig.view.frame_message import FrameMessage
+from rig.view.live_view import LiveView, capture_save
+from rig.view.notices import Notices
+from rig.view.server import ViewServer
 from rig.view.wire import decode
 from tests.support.shown_frames import scene
 
@@ -18,14 +22,13 @@ SOON_S = 20.0
 def test_frames_come_with_the_pace_of_the_capture():
     now = [100.0]
     saved: list[int] = []
-    server = serve_capture(
-        "127.0.0.1",
-        0,
-        "abc",
-        lambda _: None,
-        lambda frame: saved.append(frame.index) or f"saved {frame.index}",
-        Refusal("not here"),
-    )
+
+    def save(frame: DepthFrame) -> str:
+        saved.append(frame.index)
+        return f"saved {frame.index}"
+
+    actions = Actions(capture_save(save), Refusal("not here"))
+    server = ViewServer("127.0.0.1", 0, "abc", Notices(lambda _: None), actions).start()
     view = LiveView(SCENE.run, lambda: {"queue": 4}, server, lambda: now[0])
     assert view.name == "view"
     url = f"{server.url.replace('http', 'ws')}live"
@@ -48,8 +51,7 @@ def test_frames_come_with_the_pace_of_the_capture():
 
 
 def test_it_ends_with_its_thread():
-    recording = Recording(lambda: "", lambda: "", lambda: False)
-    server = serve_capture("localhost", 0, "abc", lambda _: None, Refusal("no"), recording)
+    server = ViewServer[FrameMessage]("localhost", 0, "abc", Notices(lambda _: None)).start()
     assert "rig view" in [one.name for one in threading.enumerate()]
     LiveView(SCENE.run, dict, server).close()
     assert "rig view" not in [one.name for one in threading.enumerate()]

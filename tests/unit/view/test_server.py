@@ -260,6 +260,20 @@ def test_pages_are_told_that_the_run_has_ended(told: Told):
     assert server.pages == 0
 
 
+def test_the_last_message_comes_before_the_end(told: Told):
+    for _ in range(5):
+        server = ViewServer[PlainMessage]("127.0.0.1", 0, TOKEN, Notices(told)).start()
+        with look(server) as page:
+            words(page)
+            publish(server, 3)
+            server.close()
+            numbers: list[int] = []
+            with suppress(ConnectionClosed):
+                while True:
+                    numbers.append(frame(page))
+            assert numbers[-1] == 2
+
+
 def test_a_taken_port_is_refused_and_told(server: Server):
     with pytest.raises(ConfigError, match=f"port {server.port}: cannot listen there: .*in use"):
         ViewServer[PlainMessage]("127.0.0.1", server.port, TOKEN, Notices(print))
