@@ -54,9 +54,9 @@ def _count_steps(
             steps[row, column] = np.uint16(counted)
 
 
-def step_of(largest: float) -> float:
-    """Return the step by which values of up to `largest` are counted."""
-    least = max(largest / _MOST_STEPS, _FINEST)
+def step_of(value: float) -> float:
+    """Return the step by which values of up to this one are counted."""
+    least = max(value / _MOST_STEPS, _FINEST)
     power = 10.0 ** math.floor(math.log10(least))
     return next(m * power for m in (1.0, 2.0, 5.0, 10.0) if m * power >= least * (1.0 - 1e-9))
 

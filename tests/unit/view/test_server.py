@@ -230,7 +230,7 @@ def test_who_says_nothing_keeps_nobody_from_looking(server: Server, told: Told):
     assert told.has("asked for nothing that is a page")
 
 
-def test_one_page_too_many_is_told_why(server: Server, told: Told):
+def test_one_page_too_many_is_refused(server: Server, told: Told):
     with ExitStack() as pages:
         for _ in range(MOST_PAGES):
             words(pages.enter_context(look(server)))
