@@ -73,7 +73,7 @@ def capture(
     """
     if slopes_only and curve_id is not None:
         raise typer.BadParameter("--slopes-only uses no --curve")
-    more = capture_page(page_request(view_host, view_port, is_wanted=view))
+    page = page_request(view_host, view_port, is_wanted=view)
     from rig.capture.capture import CaptureRequest
     from rig.capture.on_rig import capture_on_rig
     from rig.cli.output import show_json, tell
@@ -85,7 +85,8 @@ def capture(
     choice = RunChoice(database, calibration, curve_choice(curve_id, slopes_only=slopes_only))
     request = CaptureRequest(frames=frames, duration_s=seconds, folder=out, recording=record)
     with ProgressLine(frames) as progress:
-        summary = capture_on_rig(profile, choice, request, progress.report, tell, more)
+        more = capture_page(page, progress.tell)
+        summary = capture_on_rig(profile, choice, request, progress.report, progress.tell, more)
     if as_json:
         show_json(_as_dict(summary))
     else:

@@ -10,6 +10,7 @@ import typer
 if TYPE_CHECKING:
     from rig.capture.capture import CaptureRequest
     from rig.capture.output import WantedOutput
+    from rig.progress import Tell
     from rig.sweep.watch import SweepWatcher
     from rig.view.server import ViewServer
     from rig.view.serving import PageRequest
@@ -50,25 +51,23 @@ def page_request(host: str | None, port: int | None, *, is_wanted: bool) -> "Pag
 
 
 def capture_page(
-    page: "PageRequest | None",
+    page: "PageRequest | None", tell: "Tell"
 ) -> "Callable[[CaptureRequest, Path], tuple[WantedOutput, ...]]":
     """Return what makes the page of a capture, if any."""
     if page is None:
         return lambda *_: ()
     from rig.capture.on_page import page_outputs
-    from rig.cli.output import tell
     from rig.view.browser import open_browser
 
     return lambda request, folder: page_outputs(page, request, folder, tell, open_browser)
 
 
 @contextmanager
-def sweep_page(page: "PageRequest | None") -> "Generator[SweepWatcher | None]":
+def sweep_page(page: "PageRequest | None", tell: "Tell") -> "Generator[SweepWatcher | None]":
     """Serve the page of a sweep, if any, as long as the block runs."""
     if page is None:
         yield None
         return
-    from rig.cli.output import tell
     from rig.view.browser import open_browser
     from rig.view.serving import serve_page
     from rig.view.sweep_view import SweepMessage, SweepView

@@ -56,6 +56,12 @@ class ProgressLine:
         else:
             tell(line)
 
+    def tell(self, text: str) -> None:
+        """Say something else on a line of its own; on a terminal the live line makes room."""
+        if self._is_terminal and self._width:
+            tell_raw("\r" + " " * self._width + "\r")
+        tell(text)
+
     def _left(self) -> str:
         since, now = self._marks[len(self._marks) // 2], self._marks[-1]
         if self._total is None or not since.done < now.done < self._total:

@@ -128,9 +128,9 @@ def sweep(
             else new_sweep(store, profile, request, calibration)
         )
         with (
-            sweep_page(page) as watcher,
-            open_hardware(job.run.profile) as hardware,
             ProgressLine(job.total) as progress,
+            sweep_page(page, progress.tell) as watcher,
+            open_hardware(job.run.profile) as hardware,
         ):
             result = sweep_and_conclude(job, hardware, store, progress.report, tell, watcher)
         write_report(store, result)

@@ -2,25 +2,19 @@
 
 import threading
 import time
-from collections import Counter, deque
 from collections.abc import Callable, Generator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
 
-from rig.devices import Camera, Clock, SystemClock
-from rig.errors import CameraUseError, CaptureTimeoutError, ViewSkewError
-from rig.frames import MultiView
-from rig.live.again import Reopening
-from rig.live.ahead import Ahead
+from rig.devices import Camera, Clock
+from rig.errors import CameraUseError, ViewSkewError
+from rig.live.feed import Feed
 from rig.live.frame import DepthFrame
-from rig.live.measure import DepthMeter, Rectified, rectified
-from rig.live.taking import Rules, Taken, Taking, TakingOnDemand, TakingThread
+from rig.live.measure import DepthMeter, rectified
 from rig.stored import Run
 
-_READ_AHEAD = 2
-"""Stored multi-views that wait to be rectified."""
 _WITH = 'use "with rig.open(...) as camera:"'
 
 
@@ -29,8 +23,7 @@ class _Opened:
     """What there is while a camera is open."""
 
     device: Camera
-    clock: Clock
-    reopening: Reopening
+    feed: Feed
     meter: DepthMeter
 
 
@@ -62,18 +55,12 @@ class DepthCamera:
         self._using = threading.Lock()
         self._user: int | None = None
         self._looping: int | None = None
-        self._loops = 0
-        self._ahead: Ahead | None = None
-        self._left: deque[Taken] = deque()
         self._closing = threading.Event()
         self._was_opened = False
         self._opened: _Opened | None = None
         self._stack = ExitStack()
-        self._left_out: Counter[str] = Counter()
-        self._dropped: Mapping[str, int] = {}
-        self.waited_s = 0.0
-        """How long loops have waited for the camera: for pictures, or for the simulation of them.
-        """
+        self._dropped: Mapping[str, int] = {"skew": 0}
+        self._waited_s = 0.0
 
     def __enter__(self) -> Self:
         """Open the device.
@@ -90,13 +77,8 @@ class DepthCamera:
                 )
             device, clock = self._stack.enter_context(self._door())
             self._was_opened = True
-            reopening = Reopening(
-                device,
-                clock,
-                reconnect_s=self._reconnect_s,
-                is_over=self._is_over,
-            )
-            self._opened = _Opened(device, clock, reopening, DepthMeter(self.run))
+            feed = Feed(self.run, device, clock, self._utc_ns)
+            self._opened = _Opened(device, feed, DepthMeter(self.run))
         return self
 
     def __exit__(
@@ -114,8 +96,9 @@ class DepthCamera:
         call waits for that, at most `camera.timeout_s` of the profile and the time of one frame.
         """
         self._closing.set()
-        if self._ahead is not None:
-            self._ahead.wake()
+        opened = self._opened
+        if opened is not None:
+            opened.feed.wake()
         if self._user == threading.get_ident():
             return  # called by a signal in the middle of a frame: its end closes
         with self._using:
@@ -142,18 +125,19 @@ class DepthCamera:
         Raises:
             CameraUseError: it is not open.
         """
-        is_real = isinstance(self._running().clock, SystemClock)
-        return self.run.profile.camera.is_stored or not is_real
+        return self._running().feed.can_wait
 
     @property
     def dropped(self) -> Mapping[str, int]:
         """How many multi-views were dropped since opening, by reason; kept after closing."""
         opened = self._opened
-        counts = self._dropped if opened is None else opened.reopening.dropped
-        total = Counter({"skew": 0})
-        for part in (counts, self._left_out):
-            total.update(part)
-        return dict(total)
+        return self._dropped if opened is None else opened.feed.dropped
+
+    @property
+    def waited_s(self) -> float:
+        """How long loops have waited for the camera; kept after closing."""
+        opened = self._opened
+        return self._waited_s if opened is None else opened.feed.waited_s
 
     def grab(self, timeout_s: float | None = None) -> DepthFrame:
         """Return a frame that is exposed after the call; all of the range is searched.
@@ -176,7 +160,7 @@ class DepthCamera:
             opened = self._running()
             self._refuse_another_loop()
             wait_s = config.timeout_s if timeout_s is None else timeout_s
-            taken = self._grabbed(opened, wait_s)
+            taken = opened.feed.grabbed(wait_s)
             if taken.views.skew_s > config.max_skew_s:
                 raise ViewSkewError(
                     self._name, skew_s=taken.views.skew_s, allowed_s=config.max_skew_s
@@ -207,78 +191,23 @@ class DepthCamera:
             opened = self._running()
             self._refuse_another_loop()
             self._looping = threading.get_ident()
-            self._loops += 1
-            ahead = self._ahead = self._ahead or self._taking_ahead(opened)
+            opened.feed.begin_loop()
         try:
             while not self._closing.is_set():
                 with self._used():
-                    frame = self._next(opened, ahead)
+                    frame = self._next(opened)
                 if frame is None:
                     return
                 yield frame
         finally:
-            self._loops -= 1
-            if not self._loops:
+            if opened.feed.end_loop():
                 self._looping = None
-                self._stop_taking()
 
-    def _next(self, opened: _Opened, ahead: Ahead) -> DepthFrame | None:
-        asked_s = time.perf_counter()
-        given = ahead.next()
+    def _next(self, opened: _Opened) -> DepthFrame | None:
+        given = opened.feed.next()
         if given is None:
             return None
-        self.waited_s += max(0.0, given.taken.handed_over_s - asked_s)
-        if self.run.profile.camera.is_stored:  # each of them is used, however old it gets
-            ahead.begin()
-        return opened.meter.measure(given, follows=True, on_slopes=ahead.begin)
-
-    def _taking_ahead(self, opened: _Opened) -> Ahead:
-        config, count = self.run.profile.camera, self._leave_out
-        stream = opened.reopening.stream()
-        rules = Rules(lambda views: self._stamped(opened, views), config.max_skew_s, count)
-        taking: Taking
-        if not isinstance(opened.clock, SystemClock):
-            taking = TakingOnDemand(stream, rules)
-        elif config.is_stored:
-            taking = TakingThread(stream, rules, room=_READ_AHEAD, waits=True, before=self._left)
-        else:
-            taking = TakingThread(stream, rules, room=1, waits=False)
-        return Ahead(taking, self._rectified, count)
-
-    def _stop_taking(self) -> None:
-        ahead = self._ahead
-        if ahead is None:
-            return
-        left = ahead.stop()
-        if self._ahead is ahead:
-            self._ahead = None
-            self._left = deque(left if self.run.profile.camera.is_stored else ())
-
-    def _grabbed(self, opened: _Opened, timeout_s: float) -> Taken:
-        ahead = self._ahead
-        if self.run.profile.camera.is_stored:  # what was read ahead comes first
-            found = ahead.next_taken() if ahead else (self._left.popleft() if self._left else None)
-            return found or self._stamped(opened, opened.device.grab(timeout_s))
-        if ahead is None:
-            return self._stamped(opened, opened.device.grab(timeout_s))
-        with ahead.paused(timeout_s) as is_free:
-            if not is_free:
-                raise CaptureTimeoutError(self._name, missing=self.views, timeout_s=timeout_s)
-            return self._stamped(opened, opened.device.grab(timeout_s))
-
-    def _stamped(self, opened: _Opened, views: MultiView) -> Taken:
-        age_s = opened.clock.now_s() - views.timestamp_s
-        return Taken(views, age_s, self._utc_ns() - round(1e9 * age_s), time.perf_counter())
-
-    def _rectified(self, taken: Taken) -> Rectified:
-        return rectified(self.run, taken)
-
-    def _leave_out(self, reason: str) -> None:
-        self._left_out[reason] += 1
-
-    def _is_over(self) -> bool:
-        """Whether nobody waits for the stream any more."""
-        return self._closing.is_set() or (self._ahead is not None and self._ahead.is_over)
+        return opened.meter.measure(given, follows=True, on_slopes=opened.feed.rectify_next)
 
     @contextmanager
     def _used(self) -> Generator[None]:
@@ -295,9 +224,10 @@ class DepthCamera:
             self._using.release()
 
     def _shut(self) -> None:
-        self._stop_taking()
         if self._opened is not None:
-            self._dropped = dict(self._opened.reopening.dropped)
+            self._opened.feed.stop()
+            self._dropped = self._opened.feed.dropped
+            self._waited_s = self._opened.feed.waited_s
         self._opened = None
         self._stack.close()
 
@@ -320,9 +250,3 @@ class DepthCamera:
             "asked for frames while another thread uses it",
             advice="let one thread loop and hand its frames to the others",
         )
-
-    @property
-    def _reconnect_s(self) -> float:
-        """What is stored does not go away: begun anew it would give its first pictures again."""
-        config = self.run.profile.camera
-        return 0.0 if config.is_stored else config.reconnect_s

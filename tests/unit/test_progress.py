@@ -1,5 +1,7 @@
 """Progress on stderr: how far, and how long it will still take."""
 
+import sys
+
 import pytest
 
 from rig.cli.progress import ProgressLine
@@ -42,3 +44,16 @@ def test_nothing_is_estimated_from_one_report_or_without_a_total(
     assert told(capsys, [5.0], total=10) == ["[1/10] sample"]
     assert told(capsys, [5.0, 10.0, 15.0], total=None)[-1] == "[3] sample"
     assert told(capsys, [5.0, 10.0, 15.0], total=3)[-1] == "[3/3] sample"
+
+
+def test_on_a_terminal_another_line_takes_the_place_of_the_live_one(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    with ProgressLine(None, Hands()) as progress:
+        progress.tell("first")
+        progress.report(1, "ab")
+        progress.tell("full")
+        progress.report(2, "ab")
+    live = "\r[1] ab"
+    assert capsys.readouterr().err == f"first\n{live}\r{6 * ' '}\rfull\n\r[2] ab\n"

@@ -22,11 +22,12 @@ from rig.live.frame import DepthFrame
 from rig.profile.load import load_profile
 from rig.recording import recorded
 from rig.stored import CurveChoice, RunChoice
+from rig.testing.simulated import PROFILE
 from tests.support.command import Command
 from tests.support.stores import sqlite_url
 from tests.support.sweeps import stored_sweep
 from tests.unit.capture.scripted import ScriptedOutput, frames
-from tests.unit.live.devices import tiny_rig
+from tests.unit.live.devices import TINY, tiny_rig
 
 BENCH = (
     "name=bench",
@@ -287,6 +288,30 @@ def test_the_verb_ends_with_the_error_of_what_was_to_be_kept(
     assert answer.json["outputs"]["files"]["written"] == 0
     assert answer.err.splitlines()[-1] == "rig: no space left; make room"
     assert not math.isnan(answer.json["fps"])
+
+
+def test_a_replay_goes_on_whose_profile_is_edited_and_whose_file_is_removed(tmp_path: Path):
+    recording = tmp_path / "x.mcap"
+    captured(CaptureRequest(frames=5, duration_s=None, folder=None, recording=recording))
+    replay = f'camera={{kind="recording", file="{recording}"}}'
+    path = tmp_path / "edited.toml"
+    path.write_text(PROFILE.read_text())
+    profile = load_profile(str(path), [*TINY, replay, "quality.valid_share_pct=0"])
+
+    class Editing(ScriptedOutput):
+        def write(self, frame: DepthFrame) -> None:
+            super().write(frame)
+            path.write_text("no profile any more")
+            recording.unlink(missing_ok=True)
+
+    output = Editing()
+    choice = RunChoice(sqlite_url(tmp_path), calibration="none", curve="none")
+    told: list[str] = []
+    summary = capture_on_rig(
+        profile, choice, request(output, count=None), lambda *_: None, told.append
+    )
+    assert (output.taken, summary.frames, summary.failure) == ([0, 1, 2, 3, 4], 5, None)
+    assert (summary.dropped, told) == ({"skew": 0}, [])
 
 
 def test_a_curve_that_is_replaced_meanwhile_is_told_and_the_run_keeps_its_own(tmp_path: Path):
