@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from rig.calibrate.watch import Watch
     from rig.capture.capture import CaptureRequest
     from rig.capture.output import WantedOutput
     from rig.progress import Tell
@@ -75,3 +76,20 @@ def sweep_page(page: "PageRequest | None", tell: "Tell") -> "Generator[SweepWatc
     server: ViewServer[SweepMessage] = serve_page(page, tell, open_browser)
     with closing(server):
         yield SweepView(server)
+
+
+@contextmanager
+def calibrate_page(page: "PageRequest | None", tell: "Tell") -> "Generator[Watch]":
+    """Serve the page of a calibration, if any, as long as the block runs."""
+    from rig.calibrate.watch import unwatched
+
+    if page is None:
+        yield unwatched
+        return
+    from rig.view.browser import open_browser
+    from rig.view.calibrate_view import CalibrateMessage, CalibrateView
+    from rig.view.serving import serve_page
+
+    server: ViewServer[CalibrateMessage] = serve_page(page, tell, open_browser)
+    with closing(server):
+        yield CalibrateView(server).show

@@ -17,6 +17,7 @@ _SCRIPTS = (
     "profile.js",
     "cloud.js",
     "sweep.js",
+    "calibrate.js",
     "link.js",
     "app.js",
 )

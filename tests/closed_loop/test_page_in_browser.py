@@ -17,6 +17,7 @@ from rig.stored import Run, optics_of
 from rig.sweep.job import SweepJob
 from rig.sweep.take import NewSample
 from rig.view.actions import Actions, Recording, Refusal
+from rig.view.calibrate_view import CalibrateMessage, CalibrateView
 from rig.view.frame_message import FrameMessage
 from rig.view.live_view import LiveView, capture_save
 from rig.view.notices import Notices
@@ -24,6 +25,7 @@ from rig.view.server import ViewServer
 from rig.view.sweep_view import SweepMessage, SweepView
 from tests.closed_loop.test_report_in_browser import NAMES
 from tests.support.shown_frames import scene
+from tests.support.shown_look import look
 from tests.support.sweeps import bench_profile, stored_sweep
 
 pytestmark = pytest.mark.slow
@@ -376,5 +378,36 @@ def test_a_sweep_shows_corners_and_the_curve(browser: Any, tmp_path: Path):
         assert drawn[0] == 1.0
         assert all(0.0005 < share < 0.5 for share in drawn[1:]), drawn
         page.screenshot(path=tmp_path / "sweep.png")
+        assert errors == []
+        page.close()
+
+
+def test_a_calibration_shows_corners_and_what_is_covered(browser: Any):
+    server = ViewServer[CalibrateMessage]("127.0.0.1", 0, "t", Notices(lambda _: None)).start()
+    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    with closing(server):
+        page.goto(server.url)
+        CalibrateView(server).show(look())
+        for _ in range(STEPS):
+            if page.evaluate("() => document.getElementById('advice').textContent.length > 1"):
+                break
+            page.wait_for_timeout(STEP_MS)
+        assert page.inner_text("#advice") == "bring it nearer, to about 400 mm"
+        assert "in 4 of 5 views" in page.inner_text("#cal-facts")
+        assert "left: the board is cut off at the left" in page.inner_text("#cal-problems")
+        assert page.inner_text("#cal-hint") == "0.500 % after 24 pictures"
+        assert page.locator("#cal-views figure").count() == 5
+        green = page.evaluate(
+            """() => {
+                const { data } = document.querySelector("#cal-views canvas").getContext("2d")
+                    .getImageData(0, 0, 64, 40);
+                const at = (x, y) => data[4 * (64 * y + x) + 1] - data[4 * (64 * y + x)];
+                return [at(6, 5), at(60, 35)];
+            }"""
+        )
+        assert green[0] > 15, "a part that is covered is greener"
+        assert green[1] == 0
         assert errors == []
         page.close()

@@ -16,18 +16,19 @@ const epis = [new Epi($("epi-h"), $("epi-h-text"), "row"), new Epi($("epi-v"), $
 const thin = Math.max(1, Math.round(Math.sqrt(256000 / (Number(query.get("points")) || 256000))));
 const cloud = new Cloud($("cloud"), thin);
 cloud.changed = () => schedule();
-const sweep = new Sweep();
+const others = { sweep: new Sweep(), calibrate: new Calibrate() };
 
 // ---- frames come in
 
 function took(message) {
   const { header } = message;
   document.body.dataset.mode = header.mode;
-  if (header.mode === "sweep") {
-    app.sweep = message;
+  if (header.mode !== "capture") {
+    app.other = message;
     app.came = performance.now();
+    document.title = `${header.rig} – rig`;
     $("rig").textContent = header.rig;
-    $("mode").textContent = "sweep";
+    $("mode").textContent = header.mode;
     return schedule(header.number);
   }
   const isFirst = app.shown === null;
@@ -68,7 +69,7 @@ function schedule(ack) {
 
 function draw() {
   const { shown } = app;
-  if (app.sweep) return sweep.draw(app.sweep);
+  if (app.other) return others[app.other.header.mode].draw(app.other);
   if (!shown) return;
   app.none = isDark.matches ? NONE.dark : NONE.light;
   drawMap(shown);
@@ -277,10 +278,10 @@ function stateIs(state, text = null) {
 
 function showState() {
   const quiet_s = (performance.now() - app.came) / 1000;
-  const isStale = app.state === "open" && app.shown && !app.sweep && !app.isFrozen && quiet_s * 1000 > STALE_MS;
-  const name = app.state !== "open" ? app.state : app.isFrozen ? "frozen" : !app.shown && !app.sweep ? "waiting" : isStale ? `no frame for ${quiet_s.toFixed(0)} s` : "live";
+  const isStale = app.state === "open" && app.shown && !app.other && !app.isFrozen && quiet_s * 1000 > STALE_MS;
+  const name = app.state !== "open" ? app.state : app.isFrozen ? "frozen" : !app.shown && !app.other ? "waiting" : isStale ? `no frame for ${quiet_s.toFixed(0)} s` : "live";
   $("state").textContent = name;
-  $("lamp").dataset.state = app.state !== "open" ? app.state : app.isFrozen ? "frozen" : isStale ? "stale" : app.shown || app.sweep ? "live" : "waiting";
+  $("lamp").dataset.state = app.state !== "open" ? app.state : app.isFrozen ? "frozen" : isStale ? "stale" : app.shown || app.other ? "live" : "waiting";
 }
 setInterval(showState, 500);
 

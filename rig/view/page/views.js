@@ -54,12 +54,13 @@ class Views {
       this.root.append(card);
       return { card, plate: new Plate(card.querySelector("canvas")), score: card.querySelector(".score"), clip: card.querySelector(".clip"), bar: card.querySelector("i"), mark: card.querySelector("b") };
     });
-    this.built = JSON.stringify([header.views.map((one) => one.name), header.x_steps, header.y_steps]);
+    this.built = this.keyOf(header);
   }
+  keyOf({ views, x_steps, y_steps }) { return JSON.stringify([views.map((one) => one.name), x_steps, y_steps]); }
   draw(shown) {
     const { header, arrays } = shown;
     if (!arrays.views) return;
-    if (this.built !== JSON.stringify([header.views.map((one) => one.name), header.x_steps, header.y_steps])) this.build(header);
+    if (this.built !== this.keyOf(header)) this.build(header);
     const [, height, width] = arrays.views.shape;
     const now = performance.now(), isDue = now - this.measured > 200;
     if (isDue) this.measured = now;

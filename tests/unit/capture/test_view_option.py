@@ -50,7 +50,7 @@ def test_a_taken_port_is_one_line_and_nothing_is_captured(rig: Command, tmp_path
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("verb", ["capture", "sweep"])
+@pytest.mark.parametrize("verb", ["capture", "sweep", "calibrate"])
 def test_where_belongs_to_view(rig: Command, verb: str):
     done = rig(verb, str(PROFILE), "--view-port", "8000")
     assert done.code == 2
