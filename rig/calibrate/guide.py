@@ -21,7 +21,7 @@ _AREA_SHARE = 0.75
 _LITTLE_GAIN = 0.1
 """Relative fall of the depth error between two solves, and by the best next pose, in which more
 pictures are not worth their time."""
-_JUDGED_AT = 1
+JUDGED_AT = 1
 """Which of the headline's distances is watched: 1 m."""
 
 
@@ -74,7 +74,7 @@ def enough(solves: Sequence[Calibration]) -> bool:
     """Whether the latest solves say that more pictures would not help much."""
     if len(solves) < 2 or not solves[-1].verdict.good:
         return False
-    before, now = (solve.depth_error[_JUDGED_AT].picture_pct for solve in solves[-2:])
+    before, now = (solve.depth_error[JUDGED_AT].picture_pct for solve in solves[-2:])
     fell = 1.0 - now / before if before > 0 else 0.0
     return bool(np.isfinite(now)) and fell < _LITTLE_GAIN
 

@@ -30,6 +30,7 @@ def pictures_in_hand(
     timeout_s: float,
     patience_s: float,
     progress: Progress,
+    watch: Callable[[Picture, PictureSightings, bool], None] = lambda *_: None,
     deferred: Callable[[], AbstractContextManager[None]] = nullcontext,
 ) -> Generator[tuple[Picture, PictureSightings]]:
     """Yield pictures in which a target rests where it has not been yet.
@@ -45,6 +46,7 @@ def pictures_in_hand(
         timeout_s: longest wait for a multi-view.
         patience_s: ends when nothing new has come for so long.
         progress: told of every picture, kept or not, how many are kept.
+        watch: given every picture, what it shows, and whether the target moved.
         deferred: context in which an interrupt waits until the picture is stored.
     """
     pictures = list(kept)
@@ -57,6 +59,7 @@ def pictures_in_hand(
             moving = before is None or motion_px(before, now) > STILL_PX
             shown = f"target in {len(now.views)} of {len(now.by_view)} views"
             progress(len(pictures), f"{shown}, moving" if moving else shown)
+            watch(picture, now, moving)
             if now.views and not moving and _is_new(now, pictures):
                 pictures.append(now)
                 yield picture, now

@@ -4,9 +4,10 @@ from dataclasses import dataclass, field
 
 from rig.calibrate.album import Album
 from rig.calibrate.collection import Collection
-from rig.calibrate.coverage import coverage_of
+from rig.calibrate.coverage import Coverage, coverage_of
 from rig.calibrate.guide import (
     FEWEST_PICTURES,
+    JUDGED_AT,
     SOLVE_EVERY,
     advise,
     coverage_text,
@@ -14,8 +15,10 @@ from rig.calibrate.guide import (
     next_pose,
 )
 from rig.calibrate.in_hand import pictures_in_hand
-from rig.calibrate.pictures import recorded_pictures, stage_pictures, stage_positions_mm
+from rig.calibrate.pictures import Picture, recorded_pictures, stage_pictures, stage_positions_mm
+from rig.calibrate.sight import PictureSightings
 from rig.calibrate.solve import SolveChoices
+from rig.calibrate.watch import Look, Watch, unwatched
 from rig.errors import CalibrationError
 from rig.geometry.bundle import Calibration
 from rig.hardware.opening import open_camera, open_hardware
@@ -37,6 +40,8 @@ class Operator:
     progress: Progress
     """Told how many pictures there are, and what to do next."""
     tell: Tell
+    watch: Watch = unwatched
+    """Told of every picture of a target in the hand."""
 
 
 def read_stored(collection: Collection, operator: Operator) -> None:
@@ -102,6 +107,7 @@ def take_in_hand(
             timeout_s=profile.camera.timeout_s,
             patience_s=PATIENCE_S,
             progress=lambda count, text: operator.progress(count, f"{text}; {guide.advice}"),
+            watch=lambda picture, now, moving: operator.watch(guide.seen(picture, now, moving)),
             deferred=operator.interrupts.deferred,
         ):
             album.keep(picture)
@@ -120,11 +126,29 @@ class _Guide:
     tell: Tell
     advice: str = _FIRST_ADVICE
     solves: list[Calibration] = field(default_factory=list[Calibration])
+    coverage: Coverage | None = None
+    errors: tuple[tuple[int, float], ...] = ()
+
+    def seen(self, picture: Picture, now: PictureSightings, is_moving: bool) -> Look:
+        """Return what somebody who watches is told of a picture."""
+        collection = self.collection
+        kept = len(collection.sightings)
+        return Look(
+            collection.profile,
+            picture,
+            now,
+            is_moving,
+            kept,
+            self.advice,
+            self.coverage,
+            self.errors,
+        )
 
     def look(self) -> None:
         """Look at what was added."""
         collection = self.collection
         coverage = coverage_of(collection.sightings, collection.target, len(collection.names))
+        self.coverage = coverage
         advice = advise(coverage, collection.names, collection.profile.reference)
         self.advice = advice.text
         count = collection.in_hand
@@ -137,6 +161,7 @@ class _Guide:
             self.tell(f"{count} pictures do not do yet: {error}")
             return
         self.solves.append(solve)
+        self.errors += ((count, solve.depth_error[JUDGED_AT].picture_pct),)
         self.tell(
             f"{count} pictures: depth error "
             + ", ".join(

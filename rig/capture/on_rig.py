@@ -1,8 +1,11 @@
 """A capture with its effects: what is stored, the camera, the folder."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 from rig.capture.capture import CaptureRequest, CaptureSummary, capture_depth
+from rig.capture.output import WantedOutput
 from rig.database import open_store
 from rig.live.opening import depth_camera
 from rig.profile import Profile
@@ -16,6 +19,7 @@ def capture_on_rig(
     request: CaptureRequest,
     progress: Progress,
     tell: Tell,
+    more: Callable[[CaptureRequest, Path], tuple[WantedOutput, ...]] = lambda *_: (),
 ) -> CaptureSummary:
     """Look up what the rig uses, open its camera, and capture.
 
@@ -29,6 +33,8 @@ def capture_on_rig(
         progress: told of every measured multi-view.
         tell: see `capture_depth`; also told how far the curve can be trusted, before the first
             multi-view, and of a curve that took the place of the one in use.
+        more: returns further outputs, given the request with its folder, and the folder for what
+            they write: that of the request, or a new one.
 
     Raises:
         ConfigError: the calibration does not fit the rig.
@@ -40,6 +46,8 @@ def capture_on_rig(
         run = open_run(store, profile, choice.calibration, choice.curve)
         if request.folder is None and request.ends:
             request = replace(request, folder=new_folder(store, "captures", profile.name))
+        kept = request.folder or new_folder(store, "captures", profile.name)
+        request = replace(request, outputs=(*request.outputs, *more(request, kept)))
         with depth_camera(run) as camera:
             for notice in camera.run.notices:
                 tell(notice)

@@ -9,6 +9,7 @@ import typer
 from rig.cli.calibration_result import calibration_as_dict, calibration_lines
 from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
 from rig.cli.output import show, show_json, tell
+from rig.cli.page_options import View, ViewHost, ViewPort, calibrate_page, page_request
 from rig.cli.words import calibration_numbers
 
 
@@ -75,6 +76,9 @@ def calibrate(
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with the newest unfinished one of this rig.")
     ] = False,
+    view: View = False,
+    view_host: ViewHost = None,
+    view_port: ViewPort = None,
     overrides: Overrides = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -98,6 +102,7 @@ def calibrate(
 
     if fix is not Fix.NONE and start is None:
         raise typer.BadParameter(f"--fix {fix.value}: give the calibration with --start")
+    page = page_request(view_host, view_port, is_wanted=view)
     profile = load_profile(profile_name, overrides or ())
     if frames:
         profile = stored_pictures(profile, frames, Path.cwd())
@@ -111,8 +116,12 @@ def calibrate(
             resume=resume,
         )
         try:
-            with Interrupts() as interrupts, ProgressLine(None) as progress:
-                operator = Operator(interrupts, progress.report, tell)
+            with (
+                Interrupts() as interrupts,
+                ProgressLine(None) as progress,
+                calibrate_page(page, progress.tell) as watch,
+            ):
+                operator = Operator(interrupts, progress.report, tell, watch)
                 result = run_calibration(request, store, operator)
         except KeyboardInterrupt:
             tell(f"interrupted; the pictures are kept: rig calibrate {profile_name} --resume")

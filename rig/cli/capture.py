@@ -23,6 +23,7 @@ from rig.cli.options import (
     ProfileName,
     finite,
 )
+from rig.cli.page_options import View, ViewHost, ViewPort, capture_page, page_request
 from rig.cli.robot_options import (
     Points,
     RecordAs,
@@ -83,6 +84,9 @@ def capture(
     roi: RegionOfInterest = None,
     fill: FillHoles = None,
     decimate: Decimation = None,
+    view: View = False,
+    view_host: ViewHost = None,
+    view_port: ViewPort = None,
     overrides: Overrides = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -104,6 +108,7 @@ def capture(
         where=serve_host is not None or serve_port is not None,
         points=points,
     )
+    page = page_request(view_host, view_port, is_wanted=view)
     from rig.capture.capture import CaptureRequest
     from rig.capture.on_rig import capture_on_rig
     from rig.cli.output import show_json, tell
@@ -124,7 +129,8 @@ def capture(
         outputs=served(serve, serve_host, serve_port, points=points),
     )
     with ProgressLine(frames) as progress:
-        summary = capture_on_rig(profile, choice, request, progress.report, progress.tell)
+        more = capture_page(page, progress.tell)
+        summary = capture_on_rig(profile, choice, request, progress.report, progress.tell, more)
     if as_json:
         show_json(_as_dict(summary))
     else:

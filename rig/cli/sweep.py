@@ -16,6 +16,7 @@ from rig.cli.options import (
     finite,
 )
 from rig.cli.output import show, show_json, table, tell
+from rig.cli.page_options import View, ViewHost, ViewPort, page_request, sweep_page
 
 if TYPE_CHECKING:
     from rig.plan import Stop
@@ -79,6 +80,9 @@ def sweep(
         bool, typer.Option("--dry-run", help="Print the plan and its estimated time; move nothing.")
     ] = False,
     calibration: CalibrationChoice = None,
+    view: View = False,
+    view_host: ViewHost = None,
+    view_port: ViewPort = None,
     overrides: Overrides = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -108,6 +112,7 @@ def sweep(
         raise typer.BadParameter("--at-mm stands alone, without --from-mm, --to-mm, --count")
     if resume and calibration is not None:
         raise typer.BadParameter("a resumed sweep keeps its calibration; rig fit changes it")
+    page = page_request(view_host, view_port, is_wanted=view)
     resumed = _sweep_number(more) if resume else None
     profile = load_profile(profile_name, overrides or ())
     distances_mm = tuple(_numbers([*(at_mm or []), *more])) if at_mm else ()
@@ -122,8 +127,12 @@ def sweep(
             if resume
             else new_sweep(store, profile, request, calibration)
         )
-        with open_hardware(job.run.profile) as hardware, ProgressLine(job.total) as progress:
-            result = sweep_and_conclude(job, hardware, store, progress.report, tell)
+        with (
+            ProgressLine(job.total) as progress,
+            sweep_page(page, progress.tell) as watcher,
+            open_hardware(job.run.profile) as hardware,
+        ):
+            result = sweep_and_conclude(job, hardware, store, progress.report, tell, watcher)
         write_report(store, result)
     show_result(result, as_json=as_json)
 

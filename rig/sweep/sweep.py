@@ -14,20 +14,28 @@ from rig.sweep.measuring_thread import MeasuringThread
 from rig.sweep.request import SweepSetup, sweep_setup
 from rig.sweep.resume import measure_left_over, measure_old_distance_again
 from rig.sweep.take import SweepTimes, run_sweep
+from rig.sweep.watch import SweepWatcher, Unwatched
 
 
 def sweep_and_conclude(
-    job: SweepJob, hardware: Hardware, store: Store, progress: Progress, tell: Tell
+    job: SweepJob,
+    hardware: Hardware,
+    store: Store,
+    progress: Progress,
+    tell: Tell,
+    watcher: SweepWatcher | None = None,
 ) -> SweepResult:
     """Home, take and store every missing sample, measure, and conclude.
 
-    Whatever ends it early leaves the stage stopped and every taken sample in the database.
+    Whatever ends it early leaves the stage stopped and every taken sample in the database. A
+    watcher is told what happens, after it is stored.
 
     Raises:
         RigError: a device, the target, the store or the curve; the sweep can be resumed.
         KeyboardInterrupt: Ctrl-C; the sample in progress has been finished.
     """
     setup = sweep_setup(job.run.profile)
+    watcher = watcher or Unwatched()
     with Interrupts() as interrupts:
         tell("homing the stage")
         hardware.stage.home()
@@ -36,7 +44,7 @@ def sweep_and_conclude(
             if job.sweep_id is not None:
                 measure_left_over(job, sweep_id, store)
                 measure_old_distance_again(job, sweep_id, hardware, store, tell)
-            times = _take_all(job, sweep_id, setup, hardware, store, interrupts, progress)
+            times = _take_all(job, sweep_id, setup, hardware, store, interrupts, progress, watcher)
         except BaseException as error:
             tell(
                 f"sweep {sweep_id} ended early, {stopped(hardware.stage)}; every sample taken is "
@@ -48,7 +56,9 @@ def sweep_and_conclude(
                 store.finish_sweep(sweep_id, state)
             raise
         store.finish_sweep(sweep_id, "finished")
-    return conclude_sweep(store, sweep_id, times)
+    result = conclude_sweep(store, sweep_id, times)
+    watcher.concluded(result)
+    return result
 
 
 def _begin(job: SweepJob, hardware: Hardware, store: Store) -> int:
@@ -74,6 +84,7 @@ def _take_all(
     store: Store,
     interrupts: Interrupts,
     progress: Progress,
+    watcher: SweepWatcher,
 ) -> SweepTimes:
     stored = store.samples(sweep_id)
     done: dict[int, set[int]] = {}
@@ -81,6 +92,7 @@ def _take_all(
         done.setdefault(sample.stop.index, set()).add(sample.number)
     times = SweepTimes(is_simulated=not isinstance(hardware.clock, SystemClock))
     count = len(stored)
+    watcher.begins(job, count)
     begun_s = hardware.clock.now_s()
     with MeasuringThread(job.run) as measuring:
         for new in run_sweep(
@@ -103,12 +115,16 @@ def _take_all(
                 reached_mm=new.reached_mm,
                 multiview=new.multiview,
             )
+            watcher.took(new, sample.key)
             measuring.submit(sample.key, new.multiview.stack())
-            store.save_measurements(sweep_id, measuring.finished())
+            finished = measuring.finished()
+            store.save_measurements(sweep_id, finished)
+            watcher.measured(finished)
             count += 1
             where = f"{new.reached_mm:.1f} mm {new.stop.direction}, sample {new.sample + 1}"
             progress(count, where)
         for key, measurement in measuring.remaining():
             store.save_measurements(sweep_id, {key: measurement})
+            watcher.measured({key: measurement})
     times.total_s = hardware.clock.now_s() - begun_s
     return times

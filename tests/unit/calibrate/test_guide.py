@@ -110,6 +110,7 @@ def test_a_picture_is_kept_when_the_target_rests_where_it_has_not_been():
     there = here.with_changes(offset_mm=(60.0, 0.0))
     scenes = [None, here, here, here, there, there, here, here]
     heard: list[bool] = []
+    looked: list[tuple[int, int, bool]] = []
     kept = [
         picture.number
         for picture, _ in pictures_in_hand(
@@ -121,8 +122,13 @@ def test_a_picture_is_kept_when_the_target_rests_where_it_has_not_been():
             timeout_s=1.0,
             patience_s=3.0,
             progress=lambda _, text: heard.append("moving" in text),
+            watch=lambda picture, now, moving: looked.append(
+                (picture.number, len(now.views), moving)
+            ),
         )
     ]
+    assert [moving for _, _, moving in looked] == heard
+    assert looked[:4] == [(5, 0, True), (5, 1, True), (5, 1, False), (6, 1, False)]
     assert kept == [5, 6]  # here once, there once; back at the old place nothing is new
     assert heard[:6] == [True, True, False, False, True, False]
 
