@@ -21,6 +21,7 @@ RigError
 ├── CurveError                        too few or contradictory distances, or another rig's curve
 ├── FormatError                       a file of another tool's format, or what it cannot hold
 └── StoreError                        database or frame folder cannot be read or written
+    └── OwnedError                    another program works on it
 
 Each carries what was asked and found (with units) and what to do next, as two fields; its text
 is both, joined by a semicolon. Programs read the fields and never cut the text.
@@ -248,3 +249,7 @@ class FormatError(RigError):
 
 class StoreError(RigError):
     """The database or the frame folders cannot be read or written."""
+
+
+class OwnedError(StoreError):
+    """Another program works on this sweep, album, folder or recording, or has taken it over."""

@@ -1,15 +1,52 @@
-"""Ctrl-C that never tears a sample apart."""
+"""Ctrl-C that never tears a sample apart, and says what was saved."""
 
 import signal
 import threading
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any, Self
 
-_SIGNALS = tuple(
+SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
+"""Ctrl-C, kill, and a terminal that was closed."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """An interrupt that knows what it left behind.
+
+    Args:
+        saved: what was saved and how to go on; one line, to follow "interrupted; ".
+    """
+
+    def __init__(self, saved: str) -> None:
+        super().__init__(saved)
+        self.saved = saved
+
+
+@contextmanager
+def saying(saved: Callable[[], str]) -> Generator[None]:
+    """Let an interrupt of this block say what was saved, unless an inner block said it already.
+
+    Args:
+        saved: asked when the interrupt has come.
+
+    Raises:
+        Interrupted: instead of a bare KeyboardInterrupt.
+    """
+    try:
+        yield
+    except Interrupted:
+        raise
+    except KeyboardInterrupt as error:
+        raise Interrupted(saved()) from error
+
+
+def is_ignored(number: int) -> bool:
+    """Tell whether a signal is to be left alone: nohup(1) hands a hangup down ignored."""
+    hangup = getattr(signal, "SIGHUP", None)
+    return number == hangup and signal.getsignal(number) is signal.SIG_IGN
 
 
 class Interrupts:
@@ -17,18 +54,21 @@ class Interrupts:
 
     Outside `deferred()` the interrupt is raised at once, so that a moving stage stops at once.
     Inside it waits for the end of the block, so that the sample being taken is finished and stored.
-    A second signal does not wait.
+    A second signal does not wait. Inside `shielded()` all wait: what ends a motion must not be torn
+    apart by somebody who presses twice.
     """
 
     def __init__(self) -> None:
         self._depth = 0
+        self._shields = 0
         self._pending = False
         self._previous: dict[int, Any] = {}
 
     def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():
-            for number in _SIGNALS:
-                self._previous[number] = signal.signal(number, self._on_signal)
+            for number in SIGNALS:
+                if not is_ignored(number):
+                    self._previous[number] = signal.signal(number, self._on_signal)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -44,12 +84,25 @@ class Interrupts:
             yield
         finally:
             self._depth -= 1
-        if self._pending and self._depth == 0:
+        self._raise_pending()
+
+    @contextmanager
+    def shielded(self) -> Generator[None]:
+        """Let every interrupt wait until this block has ended; one that ends by itself soon."""
+        self._shields += 1
+        try:
+            yield
+        finally:
+            self._shields -= 1
+        self._raise_pending()
+
+    def _raise_pending(self) -> None:
+        if self._pending and self._depth == 0 and self._shields == 0:
             self._pending = False
             raise KeyboardInterrupt
 
     def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
-        if self._depth > 0 and not self._pending:
+        if self._shields > 0 or (self._depth > 0 and not self._pending):
             self._pending = True
             return
         self._pending = False

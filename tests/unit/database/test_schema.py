@@ -91,7 +91,7 @@ def test_an_old_database_is_upgraded_with_everything_in_it(tmp_path: Path) -> No
     old_database(tmp_path / "rig.sqlite")
     with open_store(sqlite_url(tmp_path)) as store:
         sweep = store.sweep(7)
-        assert (sweep.note, sweep.state, sweep.calibration_id) == ("old", "interrupted", None)
+        assert (sweep.note, sweep.state, sweep.calibration_id) == ("old", "concluded", None)
         (sample,) = store.samples(7)
         assert (sample.reached_mm, sample.frames[0].sequence) == (400.25, 9)
         assert (sample.frames[0].bits, sample.frames[0].uncertainty_s) == (None, 0.0)
@@ -199,7 +199,7 @@ def test_a_newer_database_is_left_as_it_is(tmp_path: Path) -> None:
     connection.close()
     before = contents(tmp_path)
     with pytest.raises(
-        StoreError, match=r"schema rig_0099, this rig knows up to rig_0004; upgrade rig"
+        StoreError, match=r"schema rig_0099, this rig knows up to rig_0005; upgrade rig"
     ) as refused:
         open_store(sqlite_url(tmp_path))
     assert "\n" not in str(refused.value)

@@ -97,14 +97,14 @@ def test_no_room_in_the_database(tmp_path: Path) -> None:
         for write in (
             lambda: add(store, sweep_id, 1),
             lambda: store.save_measurements(sweep_id, {(0, 0): Measurement(slope_px=1.0)}),
-            lambda: store.finish_sweep(sweep_id, "finished"),
+            lambda: store.stop_sweep(sweep_id, failed=True),
         ):
             with largest_file(log_bytes), pytest.raises(StoreError, match=r"disk is full") as at:
                 write()
             assert str(at.value).startswith(store.database)
             assert_whole(store, sweep_id, 1)
         assert store.measurements(sweep_id) == {}
-        assert store.sweep(sweep_id).state == "running"
+        assert store.sweep(sweep_id).state == "taking"
         add(store, sweep_id, 1)
         assert_whole(store, sweep_id, 2)
 
