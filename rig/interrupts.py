@@ -12,6 +12,11 @@ SIGNALS = tuple(
 )
 """Ctrl-C, kill, and a terminal that was closed."""
 
+received: list[int] = []
+"""Every signal that came since the program began: signals are the process's, and so is this."""
+
+_sayings: list[Callable[[], str]] = []
+
 
 class Interrupted(KeyboardInterrupt):
     """An interrupt that knows what it left behind.
@@ -30,17 +35,25 @@ def saying(saved: Callable[[], str]) -> Generator[None]:
     """Let an interrupt of this block say what was saved, unless an inner block said it already.
 
     Args:
-        saved: asked when the interrupt has come.
+        saved: asked when the interrupt has come; looks nothing up.
 
     Raises:
         Interrupted: instead of a bare KeyboardInterrupt.
     """
+    _sayings.append(saved)
     try:
         yield
     except Interrupted:
         raise
     except KeyboardInterrupt as error:
         raise Interrupted(saved()) from error
+    finally:
+        _sayings.pop()
+
+
+def saved_now() -> str | None:
+    """Return what the innermost `saying` block would say; None outside of any."""
+    return _sayings[-1]() if _sayings else None
 
 
 def is_ignored(number: int) -> bool:
@@ -62,6 +75,8 @@ class Interrupts:
         self._depth = 0
         self._shields = 0
         self._pending = False
+        self.came = False
+        """Whether a signal came, whatever a library has made of it."""
         self._previous: dict[int, Any] = {}
 
     def __enter__(self) -> Self:
@@ -101,7 +116,9 @@ class Interrupts:
             self._pending = False
             raise KeyboardInterrupt
 
-    def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
+    def _on_signal(self, number: int, _frame: FrameType | None) -> None:
+        received.append(number)
+        self.came = True
         if self._shields > 0 or (self._depth > 0 and not self._pending):
             self._pending = True
             return

@@ -47,7 +47,8 @@ def sweep_and_conclude(
                 # The stage first: whatever else is to be done may take its time.
                 with interrupts.shielded():
                     stands = stopped(hardware.stage)
-                _end_early(job, error, stands, store, tell)
+                is_interrupt = interrupts.came or isinstance(error, KeyboardInterrupt)
+                _end_early(job, error, stands, store, tell, is_interrupt=is_interrupt)
                 raise
         return conclude_taken(job, store, tell, times)
 
@@ -103,13 +104,20 @@ def _go_on(job: SweepJob, hardware: Hardware, store: Store, tell: Tell) -> None:
     measure_old_distance_again(job, number, hardware, store, tell)
 
 
-def _end_early(job: SweepJob, error: BaseException, stands: str, store: Store, tell: Tell) -> None:
+def _end_early(
+    job: SweepJob,
+    error: BaseException,
+    stands: str,
+    store: Store,
+    tell: Tell,
+    *,
+    is_interrupt: bool,
+) -> None:
     """Write down that a sweep ended early, and say how to go on.
 
     Raises:
         Interrupted: instead of a bare KeyboardInterrupt; it says what was saved.
     """
-    is_interrupt = isinstance(error, KeyboardInterrupt)
     if job.sweep_id is None:
         saved = f"nothing was taken yet, {stands}"
     else:
