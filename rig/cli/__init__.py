@@ -23,7 +23,7 @@ def main() -> None:
 def _run() -> int:
     from rig.cli.output import tell  # inside: signals are minded while these are read
     from rig.cli.verbs import app
-    from rig.cli.way_out import INTERRUPTED
+    from rig.cli.way_out import INTERRUPTED, interrupted_line
     from rig.errors import OptionError, RigError
     from rig.interrupts import received
 
@@ -35,7 +35,7 @@ def _run() -> int:
     except RigError as error:
         text = " ".join(str(error).split())
         if received:  # what went wrong on the way out
-            tell(f"rig: interrupted; {text}")
+            tell(f"{interrupted_line(error)}; {text}")
             return INTERRUPTED
         tell(f"rig: {text}")
         return 2 if isinstance(error, OptionError) else 1
@@ -46,8 +46,9 @@ def _run() -> int:
     except Exception as error:
         if not received:
             raise
-        # A library made an error of its own of the interrupt.
-        raise KeyboardInterrupt from error
+        # Made of the interrupt by a library, or on the way out.
+        tell(interrupted_line(error))
+        return INTERRUPTED
     return 0
 
 

@@ -23,8 +23,11 @@ _AGAIN_S = 0.05
 
 def interrupted_line(error: BaseException | None = None) -> str:
     """Return the one line that an interrupt leaves: what was saved, and how to go on."""
-    saved = error.saved if isinstance(error, Interrupted) else saved_now()
-    return f"rig: interrupted; {saved or KEPT}"
+    while error is not None:  # what failed on the way out stands above the interrupt
+        if isinstance(error, Interrupted):
+            return f"rig: interrupted; {error.saved}"
+        error = error.__cause__ or error.__context__
+    return f"rig: interrupted; {saved_now() or KEPT}"
 
 
 class WayOut:
