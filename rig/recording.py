@@ -21,6 +21,7 @@ from mcap.reader import NonSeekingReader
 from mcap.writer import Writer
 
 from rig.errors import StoreError
+from rig.folder_lock import FolderLock
 from rig.frames import Frame, GreyImage, MultiView
 
 _NS: Final = 1_000_000_000
@@ -76,6 +77,7 @@ class RecordingWriter:
         identity: what the camera says of itself; kept in the file.
 
     Raises:
+        OwnedError: another program is writing this file.
         StoreError: the file exists or cannot be written.
     """
 
@@ -84,6 +86,7 @@ class RecordingWriter:
         try:
             self._file = path.open("xb")
         except FileExistsError as error:
+            FolderLock.beside(path).release()  # names the program that is writing it, if one is
             raise StoreError(
                 f"{path}: exists already", advice="name another file or remove it"
             ) from error
@@ -91,6 +94,7 @@ class RecordingWriter:
             raise StoreError(
                 f"{path}: cannot be written: {error.strerror}", advice="choose another place"
             ) from error
+        self._lock = FolderLock.beside(path)
         self._writer = Writer(self._file, chunk_size=1)  # a chunk per message: nothing is held back
         self._writer.start(profile=_PROFILE, library="rig")
         image = self._writer.register_schema(
@@ -116,6 +120,7 @@ class RecordingWriter:
             raise self._trouble(failure) from failure
         finally:
             self._file.close()
+            self._lock.release()
 
     def write(self, multiview: MultiView) -> None:
         """Append one multi-view.

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from rig.depth import write_bytes, write_depth_png, write_label_png, write_pfm
 from rig.errors import StoreError
+from rig.folder_lock import FolderLock
 from rig.live.captured import CAMERA, FACTS
 from rig.live.frame import DepthFrame
 from rig.stored import Run
@@ -17,6 +18,7 @@ class CaptureFolder:
         self.folder = folder
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            self._lock = FolderLock(folder)  # another capture into it would mix with this one
             self._facts = (folder / FACTS).open("w", encoding="utf-8")
         except OSError as error:
             raise StoreError(
@@ -55,6 +57,7 @@ class CaptureFolder:
     def close(self) -> None:
         """Close the list of facts."""
         self._facts.close()
+        self._lock.release()
 
     def _write_camera(self, measured: DepthFrame) -> None:
         if self._has_camera or measured.pinhole is None:

@@ -110,8 +110,9 @@ class FrameWriter:
                 advice="report it with the type and shape of the frame",
             )
         content = encoded.tobytes()
-        with (self._beside / f"{frame.view}.png").open("wb") as file:
-            os.chmod(file.fileno(), self._modes.file)  # noqa: PTH101  (no name is looked up again)
+        path = self._beside / f"{frame.view}.png"
+        with path.open("wb") as file:
+            path.chmod(self._modes.file)
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
