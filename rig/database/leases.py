@@ -116,6 +116,9 @@ class LeaseShelf(Transactions):
 
     def _take(self, what: str, asked: str) -> Owner:
         for _ in range(_TRIES):
+            with self._reading(f"look who works on {what}") as session:
+                # Who is refused never takes the lock by which the owner stores its samples.
+                self._require_free(session, what, asked)
             with self._writing(f"become the owner of {what}") as session:
                 me = Owner.this_program(self._now(session))
                 if self._is_taken_now(session, what, me, asked):
@@ -124,15 +127,13 @@ class LeaseShelf(Transactions):
 
     def _is_taken_now(self, session: Session, what: str, me: Owner, asked: str) -> bool:
         """Try once; False where another program was quicker."""
-        row = session.get(LeaseRow, what)
+        row = self._require_free(session, what, asked)
         if row is None:
             with suppress(IntegrityError), session.begin_nested():
                 session.add(LeaseRow(what=what, **_columns(me), heartbeat=me.since))
                 session.flush()
                 return True
             return False
-        if not self._is_dead(session, row):
-            raise owned(asked, _owner(row), self._when_to_come_back(row))
         found = (LeaseRow.token == row.token, LeaseRow.heartbeat == row.heartbeat)
         taken = session.execute(
             update(LeaseRow)
@@ -140,6 +141,17 @@ class LeaseShelf(Transactions):
             .values(**_columns(me), heartbeat=me.since)
         )
         return _count(taken) == 1
+
+    def _require_free(self, session: Session, what: str, asked: str) -> LeaseRow | None:
+        """Return the lease of an owner that is dead, None where there is none at all.
+
+        Raises:
+            OwnedError: its owner lives.
+        """
+        row = session.get(LeaseRow, what)
+        if row is not None and not self._is_dead(session, row):
+            raise owned(asked, _owner(row), self._when_to_come_back(row))
+        return row
 
     def _beat(self, what: str, me: Owner) -> bool:
         with self._writing(f"say that {what} is being worked on") as session:
