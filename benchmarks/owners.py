@@ -275,7 +275,7 @@ def main() -> int:
         for line in options.record.read_text().splitlines():
             kept = json.loads(line)
             if kept.pop("seed") == options.seed:
-                rounds.append(Round(**{**kept, "broken": tuple(kept["broken"])}))
+                rounds.append(Round(broken=tuple(kept.pop("broken")), **kept))
     for number in range(len(rounds), options.count):
         rounds.append(play(number, options.seed, options.database))
         if options.record is not None:

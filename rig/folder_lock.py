@@ -8,6 +8,7 @@ tells who that was, and the next one takes it over.
 """
 
 import os
+import sys
 from contextlib import suppress
 from pathlib import Path
 from typing import IO, Self
@@ -15,11 +16,6 @@ from typing import IO, Self
 from rig.disk import disk_explained
 from rig.errors import StoreError
 from rig.owner import Owner, owned
-
-if os.name == "nt":
-    import msvcrt
-else:
-    import fcntl
 
 LOCK_FILE = ".owner.json"
 _FAR_BYTE = 1 << 30
@@ -126,14 +122,20 @@ class FolderLock:
         return (there.st_dev, there.st_ino) == (held.st_dev, held.st_ino)
 
 
-def _lock(file: IO[bytes]) -> None:
-    if os.name != "nt":
+if sys.platform == "win32":
+    import msvcrt
+
+    def _lock(file: IO[bytes]) -> None:
+        file.seek(_FAR_BYTE)  # what is locked there cannot be read, and the content should be
+        try:
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        except OSError as error:
+            raise BlockingIOError from error
+        finally:
+            file.seek(0)
+
+else:
+    import fcntl
+
+    def _lock(file: IO[bytes]) -> None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        return
-    file.seek(_FAR_BYTE)  # what is locked there cannot be read, and the content should be
-    try:
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-    except OSError as error:
-        raise BlockingIOError from error
-    finally:
-        file.seek(0)

@@ -85,7 +85,8 @@ def _wrap(place: str, number: int) -> None:
 def _break_stop() -> None:
     from rig_drivers.stage.serial_stage import SerialStage
 
-    def stop(_: SerialStage) -> None:
+    def stop(self: SerialStage) -> None:
+        del self
         raise KeyError("no such\nregister")
 
     SerialStage.stop = stop
