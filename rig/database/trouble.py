@@ -27,6 +27,8 @@ _OF_SQLITE = {
     "SQLITE_IOERR": ("reading or writing failed", "look whether the disk is full, gone or failing"),
 }
 
+_DAMAGED = _OF_SQLITE["SQLITE_CORRUPT"]
+
 
 @contextmanager
 def explained(doing: str, place: object) -> Generator[None]:
@@ -44,6 +46,9 @@ def explained(doing: str, place: object) -> Generator[None]:
             yield
     except (SQLAlchemyError, sqlite3.Error) as error:
         found, advice = _found_by_database(error)
+        raise StoreError(f"{place}: cannot {doing}: {found}", advice=advice) from error
+    except UnicodeDecodeError as error:  # a text of the file, or what SQLite says of one
+        found, advice = _DAMAGED
         raise StoreError(f"{place}: cannot {doing}: {found}", advice=advice) from error
 
 
