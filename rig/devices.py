@@ -142,9 +142,15 @@ def not_open(device: str) -> DeviceLostError:
 
 
 def stopped(stage: Stage) -> str:
-    """Stop the stage; say in words whether it stands still, and let the first error be the one."""
+    """Stop the stage; say in words whether it stands still, and let the first error be the one.
+
+    Whatever stopping raises is said, never raised: what ends a run must reach its own end.
+    """
     try:
         stage.stop()
     except DeviceError as error:
         return str(error)
+    except Exception as error:  # of another package: it may raise what it likes
+        found = " ".join(f"{type(error).__name__}: {error}".split())
+        return f"the stage may still move, it could not be stopped ({found}); cut its power"
     return "the stage stands still"

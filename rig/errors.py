@@ -22,6 +22,7 @@ RigError
 ├── FormatError                       a file of another tool's format, or what it cannot hold
 ├── OutputError                       what takes the frames of a capture does not
 └── StoreError                        database or frame folder cannot be read or written
+    └── OwnedError                    another program works on it
 
 Each carries what was asked and found (with units) and what to do next, as two fields; its text
 is both, joined by a semicolon. Programs read the fields and never cut the text.
@@ -253,3 +254,7 @@ class OutputError(RigError):
 
 class StoreError(RigError):
     """The database or the frame folders cannot be read or written."""
+
+
+class OwnedError(StoreError):
+    """Another program works on this sweep, album, folder or recording, or has taken it over."""

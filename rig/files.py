@@ -1,5 +1,6 @@
 """Files that appear whole or not at all."""
 
+import errno
 import os
 from contextlib import suppress
 from pathlib import Path
@@ -18,19 +19,66 @@ def put_in_place(path: Path, content: bytes) -> None:
     _put(path, content, survives_power_cut=False)
 
 
-def put_on_disk(path: Path, content: bytes) -> None:
+def put_on_disk(path: Path, content: bytes, mode: int | None = None) -> None:
     """Put a file in place that survives a power cut from then on; see `put_in_place`.
+
+    Args:
+        path: of the file.
+        content: all of it.
+        mode: permission bits of the file; None for those of the user's umask.
 
     Raises:
         OSError: it cannot be written; an older file of this name is as it was.
     """
-    _put(path, content, survives_power_cut=True)
+    _put(path, content, survives_power_cut=True, mode=mode)
+    sync_folder(path.parent)
 
 
-def _put(path: Path, content: bytes, *, survives_power_cut: bool) -> None:
+def make_folder(folder: Path, mode: int) -> None:
+    """Make a folder and what it is in; all of them survive a power cut.
+
+    Args:
+        folder: is there afterwards; one that was there before is left as it is.
+        mode: permission bits of every new one.
+
+    Raises:
+        OSError: it cannot be made.
+    """
+    if folder.is_dir():
+        return
+    make_folder(folder.parent, mode)
+    with suppress(FileExistsError):  # another program was quicker
+        folder.mkdir()
+        folder.chmod(mode)  # mkdir takes the umask off
+        sync_folder(folder.parent)
+    if not folder.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(folder))
+
+
+def sync_folder(folder: Path) -> None:
+    """Make names in a folder survive a power cut; Windows has no such call and needs none.
+
+    Raises:
+        OSError: the folder is gone, or the disk fails.
+    """
+    if os.name == "nt":
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # a file system that knows no such thing
+            raise
+    finally:
+        os.close(handle)
+
+
+def _put(path: Path, content: bytes, *, survives_power_cut: bool, mode: int | None = None) -> None:
     beside = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         with beside.open("wb") as file:
+            if mode is not None:
+                beside.chmod(mode)
             file.write(content)
             if survives_power_cut:
                 file.flush()

@@ -8,8 +8,10 @@ from typing import Literal
 
 from rig.plan import Stop
 
-State = Literal["running", "finished", "interrupted", "failed"]
-"""`running` without a program at work means that it was killed."""
+State = Literal["taking", "taken", "concluded", "failed"]
+"""`taking`: samples are missing; a program works on it, or it was interrupted or killed. `taken`:
+only the curve is missing. `concluded`: it has its samples and a curve. `failed`: an error ended
+it."""
 Json = Mapping[str, object]
 """What becomes one JSON object: text keys, finite numbers."""
 SampleKey = tuple[int, int]
@@ -34,7 +36,8 @@ class Sweep:
     started_at: datetime
     """UTC."""
     ended_at: datetime | None
-    """UTC; None while it runs, or when it was killed."""
+    """UTC, when its last sample was stored, or when it was interrupted or failed; None while
+    samples are taken, or when it was killed."""
     state: State
     folder: Path
     """Where its frames are."""
@@ -157,3 +160,5 @@ class HistoryRow:
     """rms depth error of that curve at held-out distances, per cent."""
     rows_rms_px: float | None = None
     """By how much the rows of its worst view missed, rms; None where nobody looked."""
+    at_work: str | None = None
+    """The program that works on it; None where none does."""

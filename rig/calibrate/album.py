@@ -9,6 +9,7 @@ The `folder` camera replays them by the pattern `picture_*/<view>.png`.
 """
 
 import json
+import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -18,7 +19,8 @@ from rig.calibrate.pictures import Picture
 from rig.database.frames import FrameWriter, read_frames
 from rig.database.trouble import explained
 from rig.errors import ConfigError, StoreError
-from rig.files import put_on_disk
+from rig.file_modes import FileModes
+from rig.files import make_folder, put_on_disk
 from rig.json_codec import Codec
 from rig.profile import Profile
 from rig.profile.load import parse_profile
@@ -27,6 +29,7 @@ from rig.records import StoredFrame
 _SAME = ("name", "views", "camera", "target")
 """Parts of a profile in which a resumed calibration must not differ."""
 SOLVED = "calibration.json"
+_PRIVATE = FileModes()
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,28 +50,31 @@ _LINE = Codec(
 class Album:
     """The folder of one calibration."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, modes: FileModes) -> None:
         self.folder = folder
+        self._modes = modes
 
     @classmethod
-    def new(cls, frames: Path, profile: Profile) -> "Album":
+    def new(cls, frames: Path, profile: Profile, modes: FileModes = _PRIVATE) -> "Album":
         """Make an empty one.
 
         Args:
             frames: folder below which all frames are.
             profile: the rig.
+            modes: permission bits of what is stored.
 
         Raises:
             StoreError: it cannot be written.
         """
         folder = frames / profile.name / f"calibration_{datetime.now(UTC):%Y%m%d-%H%M%S-%f}"
         with explained("keep the pictures of a calibration", folder):
-            folder.mkdir(parents=True)
-            put_on_disk(folder / "profile.json", profile.model_dump_json(indent=2).encode())
-        return cls(folder)
+            make_folder(folder, modes.folder)
+            content = profile.model_dump_json(indent=2).encode()
+            put_on_disk(folder / "profile.json", content, modes.file)
+        return cls(folder, modes)
 
     @classmethod
-    def unfinished(cls, frames: Path, profile: Profile) -> "Album":
+    def unfinished(cls, frames: Path, profile: Profile, modes: FileModes = _PRIVATE) -> "Album":
         """Return the newest one of a rig that has not been solved.
 
         Raises:
@@ -82,7 +88,7 @@ class Album:
                 f"asked to resume a calibration of {profile.name}, none is unfinished",
                 advice=f"rig calibrate {profile.name} begins one",
             )
-        album = cls(open_ones[-1])
+        album = cls(open_ones[-1], modes)
         file = album.folder / "profile.json"
         with explained("resume a calibration", file):
             before = parse_profile(json.loads(file.read_text(encoding="utf-8")), source=str(file))
@@ -95,20 +101,41 @@ class Album:
             )
         return album
 
+    @property
+    def lease(self) -> str:
+        """What the lease of whoever works on it is called."""
+        return f"album {self.folder.parent.name}/{self.folder.name}"
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether no picture has been kept in it."""
+        return not self._whole_lines()
+
+    def discard_if_empty(self) -> None:
+        """Remove it where it holds no picture: the next `--resume` would take it for the newest.
+
+        Raises:
+            StoreError: it may not be removed.
+        """
+        if not self.is_empty or not self.folder.is_dir():
+            return
+        with explained("remove an empty album", self.folder):
+            shutil.rmtree(self.folder)
+
     def keep(self, picture: Picture) -> None:
         """Store a picture: on the disk when this returns.
 
         Raises:
             StoreError: it cannot be written.
         """
-        with FrameWriter(self._place(picture.number)) as writer:
+        with FrameWriter(self._place(picture.number), self.folder, self._modes) as writer:
             stored = writer.write(picture.multiview)
             writer.publish()
         kept = _Line(picture.number, picture.stage_mm, picture.multiview.temperature_degc, stored)
         line = json.dumps(_LINE.to_json(kept)) + "\n"
         file = self.folder / "pictures.jsonl"
         with explained("keep a picture", file):
-            put_on_disk(file, "".join([*self._whole_lines(), line]).encode())
+            put_on_disk(file, "".join([*self._whole_lines(), line]).encode(), self._modes.file)
 
     def pictures(self) -> Iterator[Picture]:
         """Yield the stored pictures, exactly as they were taken.
@@ -129,7 +156,7 @@ class Album:
         """
         file = self.folder / name
         with explained("write a calibration", file):
-            put_on_disk(file, text.encode())
+            put_on_disk(file, text.encode(), self._modes.file)
         return file
 
     def _whole_lines(self) -> list[str]:

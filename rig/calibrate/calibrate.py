@@ -1,6 +1,7 @@
 """A calibration with its effects: devices, pictures on disk, database and report."""
 
 from collections.abc import Iterator
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,11 +13,12 @@ from rig.calibrate.pictures import Picture, recorded_pictures
 from rig.calibrate.solve import SolveChoices
 from rig.calibrate.take import Operator, read_album, read_stored, take_in_hand, take_on_stage
 from rig.database import Store, software_versions
-from rig.errors import ConfigError
+from rig.errors import ConfigError, StoreError
 from rig.frames import GreyImage
 from rig.geometry.bundle import Calibration
 from rig.geometry.rig_geometry_json import geometry_to_json
 from rig.hardware.opening import open_camera
+from rig.interrupts import saying
 from rig.optics.target import target_of
 from rig.profile import Profile
 from rig.report.calibration.shown import ShownCalibration
@@ -53,6 +55,7 @@ def run_calibration(
     Raises:
         CalibrationError: the pictures do not determine the geometry.
         TargetError: the target was hardly seen; says why.
+        OwnedError: another program works on the calibration that is to go on.
         RigError: devices, profile, database.
     """
     profile = request.profile
@@ -66,25 +69,53 @@ def run_calibration(
             advice="leave out --resume and --stage",
         )
     collection = Collection(profile, target_of(profile.target))
-    album = _collect(collection, request, store.frames, operator)
-    operator.progress(len(collection.sightings), "solving")
-    calibration = collection.solved(request.choices)
-    return _store(collection, calibration, album, store)
-
-
-def _collect(
-    collection: Collection, request: CalibrateRequest, frames: Path, operator: Operator
-) -> Album:
-    profile = request.profile
     if profile.camera.is_stored:
         read_stored(collection, operator)
-        return Album.new(frames, profile)
-    album = Album.unfinished(frames, profile) if request.resume else Album.new(frames, profile)
-    read_album(collection, album, operator)
-    if request.on_stage:
-        take_on_stage(collection, album, operator)
-    take_in_hand(collection, album, operator, request.most_pictures)
-    return album
+        album = Album.new(store.frames, profile, store.modes)
+        return _solve_and_store(collection, request, album, store, operator)
+    return _take(collection, request, store, operator)
+
+
+def _take(
+    collection: Collection, request: CalibrateRequest, store: Store, operator: Operator
+) -> CalibrationResult:
+    """Take pictures into an album that belongs to this program, and solve."""
+    profile = collection.profile
+    album = (Album.unfinished if request.resume else Album.new)(store.frames, profile, store.modes)
+    asked = f"asked to {'resume' if request.resume else 'take'} the calibration {album.folder.name}"
+    with ExitStack() as ending:
+        if not request.resume:
+            ending.callback(_discard_if_empty, album)
+        ending.enter_context(store.owned(album.lease, album.folder, asked))
+        ending.enter_context(saying(lambda: _kept(collection)))
+        read_album(collection, album, operator)
+        if request.on_stage:
+            take_on_stage(collection, album, operator)
+        take_in_hand(collection, album, operator, request.most_pictures)
+        return _solve_and_store(collection, request, album, store, operator)
+
+
+def _discard_if_empty(album: Album) -> None:
+    with suppress(StoreError):  # where the disk is gone the first error is the one
+        album.discard_if_empty()
+
+
+def _kept(collection: Collection) -> str:
+    count, rig = collection.tally.pictures, collection.profile.name
+    if not count:
+        return "no picture was taken yet"
+    return f"{count} pictures are kept; go on with: rig calibrate {rig} --resume"
+
+
+def _solve_and_store(
+    collection: Collection,
+    request: CalibrateRequest,
+    album: Album,
+    store: Store,
+    operator: Operator,
+) -> CalibrationResult:
+    operator.progress(len(collection.sightings), "solving")
+    return _store(collection, collection.solved(request.choices), album, store)
 
 
 def _store(

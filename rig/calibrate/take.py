@@ -19,6 +19,7 @@ from rig.calibrate.pictures import Picture, recorded_pictures, stage_pictures, s
 from rig.calibrate.sight import PictureSightings
 from rig.calibrate.solve import SolveChoices
 from rig.calibrate.watch import Look, Watch, unwatched
+from rig.devices import stopped
 from rig.errors import CalibrationError
 from rig.geometry.bundle import Calibration
 from rig.hardware.opening import open_camera, open_hardware
@@ -74,17 +75,22 @@ def take_on_stage(collection: Collection, album: Album, operator: Operator) -> N
     operator.tell(f"the stage carries the target to {len(positions_mm)} positions")
     with open_hardware(profile) as hardware:
         collection.devices["stage"] = dict(hardware.stage.identity)
-        for picture in stage_pictures(
-            hardware,
-            positions_mm,
-            config,
-            first=collection.tally.pictures,
-            timeout_s=profile.camera.timeout_s,
-            deferred=operator.interrupts.deferred,
-        ):
-            album.keep(picture)
-            collection.add(picture)
-            operator.progress(collection.tally.pictures, f"stage at {picture.stage_mm:.1f} mm")
+        try:
+            for picture in stage_pictures(
+                hardware,
+                positions_mm,
+                config,
+                first=collection.tally.pictures,
+                timeout_s=profile.camera.timeout_s,
+                deferred=operator.interrupts.deferred,
+            ):
+                album.keep(picture)
+                collection.add(picture)
+                operator.progress(collection.tally.pictures, f"stage at {picture.stage_mm:.1f} mm")
+        except BaseException:
+            with operator.interrupts.shielded():
+                operator.tell(f"the stage ended early, {stopped(hardware.stage)}")
+            raise
 
 
 def take_in_hand(

@@ -12,6 +12,7 @@ from rig.depth import (
     write_picture_png,
 )
 from rig.errors import StoreError
+from rig.folder_lock import FolderLock
 from rig.live.captured import CAMERA, FACTS
 from rig.live.frame import DepthFrame
 from rig.stored import Run
@@ -36,6 +37,7 @@ class CaptureFolder:
         self.folder = folder
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            self._lock = FolderLock(folder)  # another capture into it would mix with this one
             self._facts = (folder / FACTS).open("w", encoding="utf-8")
         except OSError as error:
             raise StoreError(
@@ -83,8 +85,11 @@ class CaptureFolder:
             StoreError: the picture cannot be written.
         """
         self._facts.close()
-        if self._last is not None:
-            write_picture(self.folder / PICTURE, self._last, self._run.profile.reference)
+        try:
+            if self._last is not None:
+                write_picture(self.folder / PICTURE, self._last, self._run.profile.reference)
+        finally:
+            self._lock.release()
 
     def _write_camera(self, measured: DepthFrame) -> None:
         if self._has_camera or measured.pinhole is None:

@@ -3,37 +3,52 @@
 import os
 import sys
 
-INTERRUPTED = 130
-
 
 def main() -> None:
     """Run the program; our own errors become one line and exit code 1, or 2 for an option's."""
-    try:
-        if sys.stdout is None:  # closed by who called: nobody wants the words
-            sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115
-        code = _flushed(_run())
-    except KeyboardInterrupt:
-        sys.stderr.write("rig: interrupted\n")
-        code = INTERRUPTED
+    from rig.cli.way_out import INTERRUPTED, WayOut, interrupted_line
+
+    with WayOut() as way_out:
+        try:
+            if sys.stdout is None:  # closed by who called: nobody wants the words
+                sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115
+            code = _flushed(_run())
+        except KeyboardInterrupt as error:
+            sys.stderr.write(f"{interrupted_line(error)}\n")
+            code = INTERRUPTED
+        way_out.code = code
     raise SystemExit(code)
 
 
 def _run() -> int:
-    from rig.cli.output import tell  # inside: Ctrl-C may come while these are read
+    from rig.cli.output import tell  # inside: signals are minded while these are read
     from rig.cli.verbs import app
+    from rig.cli.way_out import INTERRUPTED, interrupted_line
     from rig.errors import OptionError, RigError
+    from rig.interrupts import received
 
     try:
         app(prog_name="rig")
     except SystemExit as ended:
-        return ended.code if isinstance(ended.code, int) else 0
+        code = ended.code if isinstance(ended.code, int) else 0
+        return INTERRUPTED if received and code == 1 else code
     except RigError as error:
-        tell(f"rig: {' '.join(str(error).split())}")
+        text = " ".join(str(error).split())
+        if received:  # what went wrong on the way out
+            tell(f"{interrupted_line(error)}; {text}")
+            return INTERRUPTED
+        tell(f"rig: {text}")
         return 2 if isinstance(error, OptionError) else 1
     except OSError as error:
         if error.filename is not None:  # of a file, which the verb should have explained
             raise
         return _lost(error)
+    except Exception as error:
+        if not received:
+            raise
+        # Made of the interrupt by a library, or on the way out.
+        tell(interrupted_line(error))
+        return INTERRUPTED
     return 0
 
 

@@ -115,17 +115,13 @@ def calibrate(
             on_stage=stage,
             resume=resume,
         )
-        try:
-            with (
-                Interrupts() as interrupts,
-                ProgressLine(None) as progress,
-                calibrate_page(page, progress.tell) as watch,
-            ):
-                operator = Operator(interrupts, progress.report, tell, watch)
-                result = run_calibration(request, store, operator)
-        except KeyboardInterrupt:
-            tell(f"interrupted; the pictures are kept: rig calibrate {profile_name} --resume")
-            raise typer.Exit(130) from None
+        with (
+            Interrupts() as interrupts,
+            ProgressLine(None) as progress,
+            calibrate_page(page, progress.tell) as watch,
+        ):
+            operator = Operator(interrupts, progress.report, tell, watch)
+            result = run_calibration(request, store, operator)
     if as_json:
         show_json(calibration_as_dict(result))
     else:

@@ -14,10 +14,15 @@ def fit(
     """Compute slopes and curve of a sweep again from its stored frames; no hardware is touched."""
     from rig.cli.progress import ProgressLine
     from rig.database import open_store
+    from rig.interrupts import saying
     from rig.report import write_report
     from rig.sweep.measure_again import measure_again
 
-    with open_store(database, absent="refused") as store:
+    with (
+        open_store(database, absent="refused") as store,
+        store.owned_sweep(sweep_id, f"asked to fit sweep {sweep_id}"),
+        saying(lambda: f"the samples of sweep {sweep_id} are as they were: rig fit {sweep_id}"),
+    ):
         total = len(store.samples(sweep_id))
         with ProgressLine(total) as progress:
             result = measure_again(store, sweep_id, progress.report, calibration)

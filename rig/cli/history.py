@@ -6,7 +6,7 @@ from rig.cli.options import AsJson, DatabaseUrl
 from rig.cli.output import show, show_json, table
 
 if TYPE_CHECKING:
-    from rig.records import StoredCalibration
+    from rig.records import HistoryRow, StoredCalibration
 
 
 def history(*, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
@@ -25,6 +25,8 @@ def history(*, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
                         "rig": row.rig,
                         "started_at": row.started_at.isoformat(),
                         "state": row.state,
+                        "at_work": row.at_work,
+                        "next": next_step(row),
                         "stops_done": row.stops_done,
                         "stops_planned": row.stops_planned,
                         "samples": row.samples,
@@ -63,15 +65,34 @@ def history(*, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
             "" if row.curve_id is None else str(row.curve_id),
             "" if row.holdout_rms_pct is None else f"{row.holdout_rms_pct:.4f}",
             "" if row.rows_rms_px is None else f"{row.rows_rms_px:.2f}",
+            next_step(row),
         ]
         for row in rows
     ]
     header = (
         *("sweep", "rig", "started", "state", "stops", "samples", "curve"),
-        *("held-out rms %", "rows miss px"),
+        *("held-out rms %", "rows miss px", "what to do next"),
     )
     for line in table(cells, header):
         show(line)
+
+
+def next_step(row: "HistoryRow") -> str:
+    """Say what to do next with a sweep, by what is stored of it."""
+    go_on = f"rig sweep {row.rig} --resume {row.id}"
+    if row.at_work is not None:
+        return f"let it end: {row.at_work}"
+    match row.state:
+        case "taking":
+            return go_on
+        case "taken":
+            return f"{go_on} (concludes it, without devices)"
+        case "concluded":
+            return f"rig report {row.id}"
+        case "failed" if row.stops_done < row.stops_planned:
+            return f"put the cause right, then {go_on}"
+        case "failed":
+            return f"rig fit {row.id} says why it has no curve; put that right, and sweep again"
 
 
 def _show_calibrations(calibrations: "tuple[StoredCalibration, ...]") -> None:

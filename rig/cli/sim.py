@@ -8,8 +8,7 @@ import typer
 from rig.cli.choices import one_of
 from rig.cli.options import AsJson, Overrides
 from rig.cli.output import show, show_json, tell
-
-INTERRUPTED = 130
+from rig.cli.way_out import INTERRUPTED
 
 app = typer.Typer(help="Simulated devices for other programs.", no_args_is_help=True)
 

@@ -1,5 +1,6 @@
 """`rig sweep`: the depth-slope sweep."""
 
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -97,11 +98,12 @@ def sweep(
     from rig.cli.progress import ProgressLine
     from rig.database import open_store
     from rig.hardware.opening import open_hardware
+    from rig.interrupts import saying
     from rig.profile.load import load_profile
     from rig.report import write_report
-    from rig.sweep.job import new_sweep, resumed_sweep
+    from rig.sweep.job import new_sweep, owned_to_resume
     from rig.sweep.request import SweepRequest, plan_of, planned_times
-    from rig.sweep.sweep import sweep_and_conclude
+    from rig.sweep.sweep import conclude_taken, sweep_and_conclude
 
     more = more or []
     if more and not (resume or at_mm):
@@ -121,19 +123,28 @@ def sweep(
         stops, planned_samples = plan_of(profile, request)
         _show_plan(stops, planned_samples, planned_times(profile, stops, planned_samples), as_json)
         return
-    with open_store(database, absent="refused" if resume else "made") as store:
-        job = (
-            resumed_sweep(store, profile, resumed)
-            if resume
-            else new_sweep(store, profile, request, calibration)
-        )
-        with (
-            ProgressLine(job.total) as progress,
-            sweep_page(page, progress.tell) as watcher,
-            open_hardware(job.run.profile) as hardware,
+    with (
+        open_store(database, absent="refused" if resume else "made") as store,
+        ExitStack() as owning,
+    ):
+        if resume:  # its owner first: to open a stage resets it, and it may be at work
+            job = owning.enter_context(owned_to_resume(store, profile, resumed))
+        else:
+            job = new_sweep(store, profile, request, calibration)
+        if job.is_taken:
+            result = conclude_taken(job, store, tell)
+        else:
+            with (
+                ProgressLine(job.total) as progress,
+                sweep_page(page, progress.tell) as watcher,
+                open_hardware(job.run.profile) as hardware,
+            ):
+                result = sweep_and_conclude(job, hardware, store, progress.report, tell, watcher)
+        number = result.sweep_id
+        with saying(
+            lambda: f"sweep {number} and its curve are stored; its page: rig report {number}"
         ):
-            result = sweep_and_conclude(job, hardware, store, progress.report, tell, watcher)
-        write_report(store, result)
+            write_report(store, result)
     show_result(result, as_json=as_json)
 
 

@@ -12,8 +12,8 @@ from typer.completion import get_completion_inspect_parameters
 from typer.core import TyperGroup
 
 from rig import __version__
-from rig.cli import INTERRUPTED
 from rig.cli.output import tell
+from rig.cli.way_out import INTERRUPTED, interrupted_line
 
 _SUMMARY = "Turn a multi-view camera into a calibrated depth camera."
 _LOOK: dict[str, Any] = {
@@ -144,8 +144,8 @@ def _one_line() -> Generator[None]:
     except typer.BadParameter as error:
         error.message = _in_our_words(error.message)
         raise
-    except KeyboardInterrupt:
-        tell("rig: interrupted")
+    except KeyboardInterrupt as error:
+        tell(interrupted_line(error))
         raise typer.Exit(INTERRUPTED) from None
 
 

@@ -1,6 +1,6 @@
 """Between rows and values."""
 
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import cast
 
 from rig.database.details import details_json, read_details
@@ -13,6 +13,7 @@ from rig.database.tables import (
     StopRow,
     SweepRow,
 )
+from rig.errors import StoreError
 from rig.measurement import Failure, Measurement
 from rig.plan import Direction, Role, Stop
 from rig.records import (
@@ -54,7 +55,7 @@ def sweep_value(row: SweepRow, frames: Path) -> Sweep:
         started_at=row.started_at,
         ended_at=row.ended_at,
         state=cast("State", row.state),
-        folder=frames / row.folder,
+        folder=_below(frames, row.folder),
         note=row.note,
         calibration_id=row.calibration_id,
     )
@@ -83,7 +84,7 @@ def sample_value(row: SampleRow, frames: Path) -> Sample:
         reached_mm=row.reached_mm,
         taken_at=row.taken_at,
         temperature_degc=row.temperature_degc,
-        folder=frames / row.folder,
+        folder=_below(frames, row.folder),
         frames=tuple(
             StoredFrame(
                 view=f.view,
@@ -189,6 +190,21 @@ def calibration_value(row: CalibrationRow) -> StoredCalibration:
         image_size_px=(row.width_px, row.height_px),
         active=row.active,
     )
+
+
+def _below(frames: Path, folder: str) -> Path:
+    """Return a stored folder; a database of unknown origin must not lead elsewhere.
+
+    Raises:
+        StoreError: it lies outside the root of all frames.
+    """
+    parts = PurePosixPath(folder).parts
+    if not parts or PurePosixPath(folder).is_absolute() or ".." in parts or Path(folder).drive:
+        raise StoreError(
+            f"the database names the folder {folder!r}, which is not below {frames}",
+            advice="do not use this database: somebody changed it, or it is damaged",
+        )
+    return frames / folder
 
 
 def _maybe(number: float | None) -> float | None:

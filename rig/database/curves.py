@@ -4,12 +4,12 @@ from datetime import UTC, datetime
 
 from rig.database import queries
 from rig.database.convert import curve_value
+from rig.database.leases import LeaseShelf, sweep_lease
 from rig.database.tables import CurveRow
-from rig.database.transactions import Transactions
 from rig.records import Json, StoredCurve
 
 
-class CurveShelf(Transactions):
+class CurveShelf(LeaseShelf):
     """Curves of every rig; none is ever changed or replaced."""
 
     def save_curve(
@@ -24,6 +24,8 @@ class CurveShelf(Transactions):
     ) -> int:
         """Store a curve of the rig of a sweep, measured with the calibration of the sweep.
 
+        With the curve, in one transaction, a sweep that has all its samples is concluded.
+
         Args:
             sweep_id: where it comes from.
             curve: all that the curve needs to come back.
@@ -36,21 +38,26 @@ class CurveShelf(Transactions):
             The id of the curve.
 
         Raises:
+            OwnedError: another program works on the sweep.
             StoreError: no such sweep.
         """
         with self._writing(f"store a curve of sweep {sweep_id}") as session:
+            self._require_owned(session, sweep_lease(sweep_id))
+            sweep = queries.sweep_row(session, sweep_id)
             row = CurveRow(
-                rig=queries.sweep_row(session, sweep_id).rig,
+                rig=sweep.rig,
                 sweep_id=sweep_id,
                 created_at=datetime.now(UTC),
                 curve=dict(curve),
                 holdout=dict(holdout),
                 versions=dict(versions),
                 active=active,
-                calibration_id=queries.sweep_row(session, sweep_id).calibration_id,
+                calibration_id=sweep.calibration_id,
                 row_errors=None if row_errors is None else dict(row_errors),
             )
             session.add(row)
+            if queries.is_whole(session, sweep):
+                sweep.state = "concluded"
             session.flush()
             return row.id
 

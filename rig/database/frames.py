@@ -21,6 +21,8 @@ import numpy as np
 
 from rig.database.trouble import explained
 from rig.errors import StoreError
+from rig.file_modes import FileModes
+from rig.files import make_folder, sync_folder
 from rig.frames import Frame, GreyImage, MultiView
 from rig.plan import Stop
 from rig.records import StoredFrame
@@ -49,10 +51,18 @@ class FrameWriter:
     """Writes the images of one sample beside their place, and puts them there in one step.
 
     A context manager: what was not published is gone at its end, so that a failure costs no space.
+
+    Args:
+        folder: of the sample.
+        root: of the sweep or album, above it; is there. It is never made anew: what was
+            unmounted would be written into the empty place where it was.
+        modes: permission bits of what is made.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, root: Path, modes: FileModes) -> None:
         self._folder = folder
+        self._root = root
+        self._modes = modes
         self._beside = folder.with_name(f".{folder.name}.{uuid4().hex}.tmp")
 
     def __enter__(self) -> "FrameWriter":
@@ -68,10 +78,16 @@ class FrameWriter:
             StoreError: the disk is full, read-only or gone.
         """
         with explained("write frames", self._folder):
-            self._beside.mkdir(parents=True)
+            if not self._root.is_dir():
+                raise StoreError(
+                    f"{self._root}: asked to write frames, the folder is gone (unmounted, deleted, "
+                    "network share lost)",
+                    advice="bring it back and go on with --resume; what was stored is in it",
+                )
+            make_folder(self._beside, self._modes.folder)
             with ThreadPoolExecutor(max_workers=min(4, len(multiview.frames))) as pool:
                 stored = tuple(pool.map(self._write_one, multiview.frames))
-            _sync(self._beside)
+            sync_folder(self._beside)
         return stored
 
     def publish(self) -> None:
@@ -84,8 +100,7 @@ class FrameWriter:
             if self._folder.exists():
                 shutil.rmtree(self._folder)
             self._beside.rename(self._folder)
-            _sync(self._folder.parent)
-            _sync(self._folder.parent.parent)
+            sync_folder(self._folder.parent)
 
     def _write_one(self, frame: Frame) -> StoredFrame:
         done, encoded = cv2.imencode(".png", frame.image, _PNG)
@@ -95,7 +110,9 @@ class FrameWriter:
                 advice="report it with the type and shape of the frame",
             )
         content = encoded.tobytes()
-        with (self._beside / f"{frame.view}.png").open("wb") as file:
+        path = self._beside / f"{frame.view}.png"
+        with path.open("wb") as file:
+            path.chmod(self._modes.file)
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
@@ -157,14 +174,3 @@ def _read_one(folder: Path, frame: StoredFrame) -> Frame:
         bits=frame.bits,
         uncertainty_s=frame.uncertainty_s,
     )
-
-
-def _sync(folder: Path) -> None:
-    """Make names in a folder survive a power cut; Windows has no such call and needs none."""
-    if os.name == "nt":
-        return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

@@ -8,6 +8,7 @@ from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError
 
 from rig.errors import StoreError
+from rig.file_modes import FileModes
 from rig.places import default_database
 
 
@@ -17,6 +18,7 @@ class Location:
 
     url: URL
     frames: Path
+    modes: FileModes = FileModes()  # noqa: RUF009  (a value)
 
     def __str__(self) -> str:
         """Return the address as it may be shown: without a password."""
@@ -41,6 +43,7 @@ def locate(url: str | None, environment: Mapping[str, str]) -> Location:
         environment: variables, as in `os.environ`.
 
     Raises:
+        ConfigError: `RIG_FILE_MODE` makes no permission bits.
         StoreError: it is no URL, or a database that forgets everything at the end.
     """
     default = default_database(environment)
@@ -56,7 +59,8 @@ def locate(url: str | None, environment: Mapping[str, str]) -> Location:
         file = Path(str(parsed.database)).absolute()
         parsed, beside = parsed.set(database=str(file)), file.parent
     frames = environment.get("RIG_FRAMES")
-    return Location(parsed, Path(frames).absolute() if frames else beside / "frames")
+    where = Path(frames).absolute() if frames else beside / "frames"
+    return Location(parsed, where, FileModes.of(environment))
 
 
 def _parse(text: str) -> URL:

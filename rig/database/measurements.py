@@ -4,12 +4,12 @@ from collections.abc import Mapping
 
 from rig.database import queries
 from rig.database.convert import measurement_row, measurement_value
-from rig.database.transactions import Transactions
+from rig.database.leases import LeaseShelf, sweep_lease
 from rig.measurement import Measurement
 from rig.records import SampleKey
 
 
-class MeasurementShelf(Transactions):
+class MeasurementShelf(LeaseShelf):
     """Slopes of stored samples; they can be derived from the frames again at any time."""
 
     def save_measurements(
@@ -18,9 +18,11 @@ class MeasurementShelf(Transactions):
         """Store what was derived from samples; earlier measurements of these give way.
 
         Raises:
+            OwnedError: another program works on the sweep.
             StoreError: one of the samples is not stored; nothing was changed.
         """
         with self._writing(f"store the slopes of sweep {sweep_id}") as session:
+            self._require_owned(session, sweep_lease(sweep_id))
             for key, measurement in measurements.items():
                 row = measurement_row(measurement)
                 row.sample_id = queries.sample_id(session, sweep_id, key)
@@ -36,9 +38,11 @@ class MeasurementShelf(Transactions):
         """Store all slopes of a sweep anew, measured with this calibration or with none.
 
         Raises:
+            OwnedError: another program works on the sweep.
             StoreError: no such sweep, sample or calibration; nothing was changed.
         """
         with self._writing(f"store the slopes of sweep {sweep_id}") as session:
+            self._require_owned(session, sweep_lease(sweep_id))
             if calibration_id is not None:
                 queries.calibration_row(session, calibration_id)
             queries.sweep_row(session, sweep_id).calibration_id = calibration_id

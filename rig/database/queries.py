@@ -1,6 +1,7 @@
 """Looking things up; what is not there is named together with what is."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import cast
 
 from sqlalchemy import func, select
@@ -35,12 +36,12 @@ def newest_unfinished_sweep_row(session: Session, rig: str) -> SweepRow:
     """Return the newest sweep of a rig.
 
     Raises:
-        StoreError: there is none, or it is finished.
+        StoreError: there is none, or it is concluded.
     """
     of_rig = select(SweepRow).where(SweepRow.rig == rig)
     row = session.scalars(of_rig.order_by(SweepRow.id.desc()).limit(1)).first()
-    if row is None or row.state == "finished":
-        found = "there is none" if row is None else f"the newest, {row.id}, is finished"
+    if row is None or row.state == "concluded":
+        found = "there is none" if row is None else f"the newest, {row.id}, is concluded"
         raise StoreError(
             f"asked to resume a sweep of rig {rig}, {found}",
             advice="begin a new one without --resume",
@@ -73,6 +74,19 @@ def sample_rows(session: Session, sweep_id: int) -> Sequence[SampleRow]:
     sweep_row(session, sweep_id)
     of_sweep = select(SampleRow).where(SampleRow.sweep_id == sweep_id)
     return session.scalars(of_sweep.order_by(SampleRow.stop, SampleRow.sample)).all()
+
+
+def sweep_ids(session: Session) -> Sequence[int]:
+    """Return the numbers of all sweeps, oldest first."""
+    return session.scalars(select(SweepRow.id).order_by(SweepRow.id)).all()
+
+
+def is_whole(session: Session, sweep: SweepRow) -> bool:
+    """Tell whether every planned sample of a sweep is stored."""
+    planned = SampleRow.sample < sweep.samples_per_stop
+    of_sweep = select(func.count()).select_from(SampleRow).where(SampleRow.sweep_id == sweep.id)
+    stored = session.scalars(of_sweep.where(planned)).one()
+    return stored >= sweep.samples_per_stop * len(sweep.stops)
 
 
 def has_sample(session: Session, sweep_id: int, key: SampleKey) -> bool:
@@ -189,8 +203,13 @@ def active_calibration_row(session: Session, rig: str) -> CalibrationRow | None:
     return session.scalars(active.order_by(CalibrationRow.id.desc()).limit(1)).first()
 
 
-def history_rows(session: Session) -> tuple[HistoryRow, ...]:
-    """Return every sweep, oldest first, with how far it came and its newest curve."""
+def history_rows(session: Session, at_work: Mapping[int, str]) -> tuple[HistoryRow, ...]:
+    """Return every sweep, oldest first, with how far it came and its newest curve.
+
+    Args:
+        session: to read from.
+        at_work: by sweep, the program that works on it.
+    """
     stops = select(StopRow.sweep_id, func.count()).group_by(StopRow.sweep_id)
     planned = dict(iter(session.execute(stops)))
     taken: dict[int, list[int]] = {}
@@ -200,7 +219,10 @@ def history_rows(session: Session) -> tuple[HistoryRow, ...]:
         taken.setdefault(sweep_id, []).append(count)
     newest = {row.sweep_id: row for row in session.scalars(select(CurveRow).order_by(CurveRow.id))}
     return tuple(
-        _history_row(row, planned.get(row.id, 0), taken.get(row.id, []), newest.get(row.id))
+        replace(
+            _history_row(row, planned.get(row.id, 0), taken.get(row.id, []), newest.get(row.id)),
+            at_work=at_work.get(row.id),
+        )
         for row in session.scalars(select(SweepRow).order_by(SweepRow.id))
     )
 

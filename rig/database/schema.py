@@ -1,5 +1,6 @@
 """From a location to an engine whose tables are those of this program."""
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,9 @@ from rig.database.location import Location
 from rig.database.tables import Row
 from rig.database.trouble import explained
 from rig.errors import StoreError
+from rig.files import make_folder, sync_folder
 
-REVISIONS = ("rig_0001", "rig_0002", "rig_0003", "rig_0004")
+REVISIONS = ("rig_0001", "rig_0002", "rig_0003", "rig_0004", "rig_0005")
 """Every schema this program knows, oldest first; a test holds them to `migrations/versions`."""
 
 MIGRATIONS = Path(__file__).parent / "migrations"
@@ -37,15 +39,16 @@ def open_engine(location: Location) -> Engine:
     """
     with explained("open the database", location):
         if location.file is not None:
-            location.file.parent.mkdir(parents=True, exist_ok=True)
+            make_folder(location.file.parent, location.modes.folder)
+            _make_private(location.file, location.modes.file)
         engine = _create(location)
         try:
             with engine.connect() as connection:
-                found = _revision(connection, location)
+                found = revision(connection, location)
             if location.file is not None:
                 _keep_a_write_ahead_log(engine)
             if found != REVISIONS[-1]:
-                _upgrade(engine)
+                upgrade(location)
         except BaseException:
             engine.dispose()
             raise
@@ -61,7 +64,18 @@ def writing(engine: Engine) -> Engine:
     return engine.execution_options(writes=True)
 
 
-def _create(location: Location) -> Engine:
+def _make_private(file: Path, mode: int) -> None:
+    """Make an empty file where there is none; SQLite gives its mode to the files beside it."""
+    try:
+        handle = os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, mode)
+    except FileExistsError:
+        return
+    os.close(handle)
+    file.chmod(mode)
+    sync_folder(file.parent)
+
+
+def _create(location: Location, *, prepared: bool = True) -> Engine:
     try:
         engine = create_engine(location.url)
     except NoSuchModuleError as error:
@@ -74,7 +88,7 @@ def _create(location: Location) -> Engine:
             f"{location}: the Python driver {error.name} is not installed", advice="pip install it"
         ) from error
     if location.file is not None:
-        event.listen(engine, "connect", _prepare_sqlite)
+        event.listen(engine, "connect", _prepare_sqlite if prepared else _prepare_to_rewrite)
         event.listen(engine, "begin", _begin_sqlite)
     return engine
 
@@ -85,6 +99,12 @@ def _prepare_sqlite(connection: Any, _: object) -> None:
     connection.execute("PRAGMA foreign_keys = ON")
     # A sample reported as stored survives a power cut, at a few ms per sample.
     connection.execute("PRAGMA synchronous = FULL")
+
+
+def _prepare_to_rewrite(connection: Any, made: object) -> None:
+    _prepare_sqlite(connection, made)
+    # A table that others refer to is written anew under the same name; `upgrade` looks afterwards.
+    connection.execute("PRAGMA foreign_keys = OFF")
 
 
 def _begin_sqlite(connection: Connection) -> None:
@@ -101,7 +121,7 @@ def _keep_a_write_ahead_log(engine: Engine) -> None:
         connection.close()
 
 
-def _revision(connection: Connection, location: Location) -> str | None:
+def revision(connection: Connection, location: Location) -> str | None:
     """Return the schema found, None in an empty database."""
     tables = inspect(connection).get_table_names()
     if not tables:
@@ -124,7 +144,25 @@ def _revision(connection: Connection, location: Location) -> str | None:
     return found[0]
 
 
-def _upgrade(engine: Engine) -> None:
+def upgrade(location: Location) -> None:
+    """Bring the tables of a database to those of this program.
+
+    One transaction: all or nothing. A second program waits and then finds the work done.
+    """
+    engine = _create(location, prepared=False)
+    try:
+        with writing(engine).begin() as connection:
+            migrate(connection)
+    finally:
+        engine.dispose()
+
+
+def migrate(connection: Connection) -> None:
+    """Bring the tables of one connection to those of this program, within its transaction.
+
+    Raises:
+        StoreError: rows would refer to others that are not there; nothing was changed.
+    """
     # Slow to import, and needed once in the life of a database.
     from alembic import command  # noqa: PLC0415
     from alembic.config import Config  # noqa: PLC0415
@@ -132,7 +170,14 @@ def _upgrade(engine: Engine) -> None:
     config = Config()
     config.set_main_option("script_location", str(MIGRATIONS).replace("%", "%%"))
     config.set_main_option("path_separator", "os")
-    # One transaction: all or nothing; a second program waits here and then finds the work done.
-    with writing(engine).begin() as connection:
-        config.attributes["connection"] = connection
-        command.upgrade(config, "head")
+    config.attributes["connection"] = connection
+    command.upgrade(config, "head")
+    if connection.dialect.name != "sqlite":
+        return
+    lost = connection.exec_driver_sql("PRAGMA foreign_key_check").fetchone()
+    if lost is not None:
+        raise StoreError(
+            f"the database cannot be upgraded: a row of {lost[0]} refers to {lost[2]}, where "
+            "nothing is",
+            advice="bring back a copy, or report it (the database was not touched)",
+        )

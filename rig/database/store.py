@@ -1,7 +1,8 @@
 """The store: sweeps, samples with their frames, slopes and curves, kept for good."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
@@ -25,12 +26,15 @@ from rig.database.frames import (
     sample_folder,
     sweep_folder,
 )
+from rig.database.leases import Now, database_now, sweep_lease
 from rig.database.location import Location, locate
 from rig.database.measurements import MeasurementShelf
+from rig.database.reading import may_only_be_read, open_to_read
 from rig.database.schema import empty_engine, open_engine
 from rig.database.tables import SampleRow, SweepRow
 from rig.database.trouble import explained
 from rig.errors import StoreError
+from rig.files import make_folder, sync_folder
 from rig.frames import MultiView
 from rig.plan import Stop
 from rig.records import (
@@ -43,21 +47,28 @@ from rig.records import (
 Absent = Literal["made", "empty", "refused"]
 
 
-def open_store(url: str | None = None, *, absent: Absent = "made") -> "Store":
+def open_store(
+    url: str | None = None, *, absent: Absent = "made", now: Now = database_now
+) -> "Store":
     """Open the database; an old one is upgraded.
+
+    Who only reads can do so from a disk that may only be read.
 
     Args:
         url: SQLAlchemy URL; else `RIG_DATABASE`, else a file in the user's data directory.
         absent: what becomes of a file that is not there: `made`, for who writes; `empty` reads as
             a database that holds nothing, and nothing is left on the disk; `refused` as well, but
             only in the user's data directory: a name that somebody gave is an error.
+        now: tells the time by which owners of sweeps are judged.
 
     Raises:
         StoreError: it cannot be opened, is not ours, is newer than this program, or is not there.
     """
     location = locate(url, os.environ)
+    if absent != "made" and may_only_be_read(location):
+        return Store(location, open_to_read(location), now=now)
     if absent == "made" or location.file is None or _holds_something(location.file):
-        return Store(location, open_engine(location))
+        return Store(location, open_engine(location), now=now)
     if absent == "refused" and (url or os.environ.get("RIG_DATABASE")):
         raise StoreError(
             f"asked to read the database {location}, there is none",
@@ -77,8 +88,15 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
     All of them raise `StoreError` when disk or database fail; what was stored before stays.
     """
 
-    def __init__(self, location: Location, engine: Engine, *, exists: bool = True) -> None:
-        super().__init__(location, engine)
+    def __init__(
+        self,
+        location: Location,
+        engine: Engine,
+        *,
+        exists: bool = True,
+        now: Now = database_now,
+    ) -> None:
+        super().__init__(location, engine, now)
         self.frames = location.frames
         """Folder below which all frames are."""
         self.exists = exists
@@ -128,7 +146,7 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
             calibration_id: geometric calibration that its slopes will be measured with.
 
         Returns:
-            The id of the sweep; its state is `running`.
+            The id of the sweep; its state is `taking`.
         """
         started_at = datetime.now(UTC)
         with self._writing("begin a sweep") as session:
@@ -139,7 +157,7 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
                 devices=dict(devices),
                 samples_per_stop=samples_per_stop,
                 started_at=started_at,
-                state="running",
+                state="taking",
                 folder="",
                 note=note,
                 calibration_id=calibration_id,
@@ -150,37 +168,64 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
             folder = sweep_folder(rig, row.id, started_at)
             row.folder = folder.as_posix()
             with explained("begin a sweep", self.frames / folder):
-                (self.frames / folder).mkdir(parents=True)
+                make_folder((self.frames / folder).parent, self.modes.folder)
+                (self.frames / folder).mkdir()
+                (self.frames / folder).chmod(self.modes.folder)
+                sync_folder((self.frames / folder).parent)
             return row.id
 
-    def reopen_sweep(self, sweep_id: int) -> Sweep:
-        """Set a sweep that stopped early to `running` again, to add what is missing.
+    @contextmanager
+    def owned_sweep(self, sweep_id: int, asked: str) -> Generator[None]:
+        """Be the only program that works on a sweep; see `owned`.
 
         Raises:
-            StoreError: no such sweep, or it is finished.
+            OwnedError: another program works on it; names that one, and nothing was changed.
+            StoreError: no such sweep, or its folder is gone.
+        """
+        sweep = self.sweep(sweep_id)
+        with self.owned(sweep_lease(sweep_id), sweep.folder, asked):
+            yield
+
+    def reopen_sweep(self, sweep_id: int) -> Sweep:
+        """Set a sweep that stopped early to `taking` again, to add what is missing.
+
+        Raises:
+            OwnedError: another program works on it.
+            StoreError: no such sweep, or it is concluded.
         """
         with self._writing(f"resume sweep {sweep_id}") as session:
+            self._require_owned(session, sweep_lease(sweep_id))
             row = queries.sweep_row(session, sweep_id)
-            if row.state == "finished":
+            if row.state == "concluded":
                 raise StoreError(
-                    f"asked to resume sweep {sweep_id}, it is finished", advice="begin a new one"
+                    f"asked to resume sweep {sweep_id}, it is concluded",
+                    advice=f"begin a new one; rig report {sweep_id} writes its report again",
                 )
-            row.state, row.ended_at = "running", None
+            row.state, row.ended_at = "taking", None
+            if queries.is_whole(session, row):
+                row.state, row.ended_at = "taken", self._now(session)
             sweep = sweep_value(row, self.frames)
         clear_unfinished(sweep.folder)
         return sweep
 
-    def finish_sweep(
-        self, sweep_id: int, state: Literal["finished", "interrupted", "failed"]
-    ) -> None:
-        """Write down how and when a sweep ended.
+    def stop_sweep(self, sweep_id: int, *, failed: bool) -> None:
+        """Write down that and when a sweep ended before it was concluded.
+
+        Args:
+            sweep_id: the sweep.
+            failed: whether an error ended it; without one it was interrupted, and what is still
+                to do is as it was.
 
         Raises:
+            OwnedError: another program works on it.
             StoreError: no such sweep.
         """
         with self._writing(f"end sweep {sweep_id}") as session:
+            self._require_owned(session, sweep_lease(sweep_id))
             row = queries.sweep_row(session, sweep_id)
-            row.state, row.ended_at = state, datetime.now(UTC)
+            row.ended_at = self._now(session)
+            if failed and row.state != "concluded":
+                row.state = "failed"
 
     def sweep(self, sweep_id: int) -> Sweep:
         """Return one sweep.
@@ -192,29 +237,36 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
             return sweep_value(queries.sweep_row(session, sweep_id), self.frames)
 
     def last_resumable_sweep(self, rig: str) -> Sweep:
-        """Return the newest sweep of a rig, if it did not finish.
+        """Return the newest sweep of a rig, if it is not concluded.
 
         Older ones are left alone: the newer one has taken their place. They can still be resumed
         by their id.
 
         Raises:
-            StoreError: there is none, or the newest is finished.
+            StoreError: there is none, or the newest is concluded.
         """
         with self._reading(f"look for a sweep of {rig}") as session:
             return sweep_value(queries.newest_unfinished_sweep_row(session, rig), self.frames)
 
     def sweeps(self) -> tuple[HistoryRow, ...]:
         """Return all sweeps, oldest first, with how far they came."""
+        at_work = {what: str(owner) for what, owner in self.owners().items()}
         with self._reading("list the sweeps") as session:
-            return queries.history_rows(session)
+            by_sweep = {
+                sweep_id: at_work[sweep_lease(sweep_id)]
+                for sweep_id in queries.sweep_ids(session)
+                if sweep_lease(sweep_id) in at_work
+            }
+            return queries.history_rows(session, by_sweep)
 
     def add_sample(
         self, sweep_id: int, *, stop: int, number: int, reached_mm: float, multiview: MultiView
     ) -> Sample:
         """Store one sample: first its frames, then, in one transaction, its rows.
 
-        When this returns, the sample survives a crash of the program and of the machine. A frame
-        folder that no row knows, of a program that was killed in between, is replaced.
+        When this returns, the sample survives a crash of the program and of the machine. With the
+        last one of the plan, in the same transaction, the sweep becomes `taken`. A frame folder
+        that no row knows, of a program that was killed in between, is replaced.
 
         Args:
             sweep_id: the sweep.
@@ -224,9 +276,14 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
             multiview: the images.
 
         Raises:
-            StoreError: no such stop in the plan, or this sample is stored already.
+            OwnedError: another program works on the sweep.
+            StoreError: no such stop in the plan, this sample is stored already, or the folder of
+                the sweep is gone.
         """
         doing = f"store sample {number} of stop {stop} of sweep {sweep_id}"
+        lease = sweep_lease(sweep_id)
+        if lease in self._held:
+            self._held[lease][1].require()  # or frames would go where a disk was unmounted
         with self._reading(doing) as session:
             planned = stop_value(queries.stop_row(session, sweep_id, stop))
             sweep = queries.sweep_row(session, sweep_id)
@@ -234,10 +291,12 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
                 raise StoreError(
                     f"cannot {doing}: it is stored already", advice="choose another number"
                 )
+            root = self.frames / sweep.folder
             folder = Path(sweep.folder) / sample_folder(planned, number)
-        with FrameWriter(self.frames / folder) as writer:
+        with FrameWriter(self.frames / folder, root, self.modes) as writer:
             stored = writer.write(multiview)
             with self._writing(doing) as session:
+                self._require_owned(session, lease)
                 row = SampleRow(
                     sweep_id=sweep_id,
                     stop=stop,
@@ -252,6 +311,9 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
                 # The row goes first: where another program was quicker it is refused, and the
                 # frames of that program stay as they are.
                 session.flush()
+                sweep = queries.sweep_row(session, sweep_id)
+                if sweep.state == "taking" and queries.is_whole(session, sweep):
+                    sweep.state, sweep.ended_at = "taken", row.taken_at
                 writer.publish()
                 return sample_value(row, self.frames)
 

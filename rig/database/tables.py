@@ -42,7 +42,7 @@ class SweepRow(Row):
 
     __tablename__ = "sweeps"
     __table_args__ = (
-        CheckConstraint("state IN ('running', 'finished', 'interrupted', 'failed')", name="state"),
+        CheckConstraint("state IN ('taking', 'taken', 'concluded', 'failed')", name="state"),
     )
 
     id: Mapped[int] = mapped_column(primary_key=True)
@@ -169,3 +169,17 @@ class CalibrationRow(Row):
     width_px: Mapped[int]
     height_px: Mapped[int]
     active: Mapped[bool]
+
+
+class LeaseRow(Row):
+    """Which program works on something that only one may work on; no row where none does."""
+
+    __tablename__ = "leases"
+
+    what: Mapped[str] = mapped_column(primary_key=True)
+    token: Mapped[str] = mapped_column(String(32))
+    host: Mapped[str]
+    pid: Mapped[int] = mapped_column(BigInteger)
+    process: Mapped[str]
+    since: Mapped[datetime]
+    heartbeat: Mapped[datetime]

@@ -27,6 +27,8 @@ _OF_SQLITE = {
     "SQLITE_IOERR": ("reading or writing failed", "look whether the disk is full, gone or failing"),
 }
 
+_DAMAGED = _OF_SQLITE["SQLITE_CORRUPT"]
+
 
 @contextmanager
 def explained(doing: str, place: object) -> Generator[None]:
@@ -42,12 +44,15 @@ def explained(doing: str, place: object) -> Generator[None]:
     try:
         with disk_explained(doing, place):
             yield
-    except SQLAlchemyError as error:
+    except (SQLAlchemyError, sqlite3.Error) as error:
         found, advice = _found_by_database(error)
+        raise StoreError(f"{place}: cannot {doing}: {found}", advice=advice) from error
+    except UnicodeDecodeError as error:  # a text of the file, or what SQLite says of one
+        found, advice = _DAMAGED
         raise StoreError(f"{place}: cannot {doing}: {found}", advice=advice) from error
 
 
-def _found_by_database(error: SQLAlchemyError) -> tuple[str, str]:
+def _found_by_database(error: SQLAlchemyError | sqlite3.Error) -> tuple[str, str]:
     """Return what the database found, and what to do."""
     cause = error.orig if isinstance(error, StatementError) else error
     if isinstance(cause, sqlite3.Error):

@@ -30,6 +30,7 @@ from mcap.records import (
 )
 
 from rig.errors import StoreError
+from rig.folder_lock import FolderLock
 
 MAGIC: Final = b"\x89MCAP0\r\n"
 RECORD: Final = struct.Struct("<BQ")
@@ -56,6 +57,7 @@ class McapWriter:
         has_checksums: whether chunks carry one; it costs a third of a millisecond for a megabyte.
 
     Raises:
+        OwnedError: another program is writing this file.
         StoreError: the file exists or cannot be written.
     """
 
@@ -65,6 +67,7 @@ class McapWriter:
         try:
             self._file = path.open("xb+", buffering=0)
         except FileExistsError as error:
+            FolderLock.beside(path).release()  # names the program that is writing it, if one is
             raise StoreError(
                 f"{path}: exists already", advice="name another file or remove it"
             ) from error
@@ -72,6 +75,7 @@ class McapWriter:
             raise StoreError(
                 f"{path}: cannot be written: {error.strerror}", advice="choose another place"
             ) from error
+        self._lock = FolderLock.beside(path)
         self._end = 0
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []
@@ -84,6 +88,7 @@ class McapWriter:
         except StoreError:
             self._file.close()
             path.unlink()
+            self._lock.release()
             raise
 
     @property
@@ -163,6 +168,7 @@ class McapWriter:
             self._finish()
         finally:
             self._file.close()
+            self._lock.release()
 
     def _finish(self) -> None:
         data_end = self._end

@@ -37,7 +37,7 @@ def test_a_sweep_gives_a_curve_that_a_fit_repeats_to_the_last_digit(rig: Command
     assert fitted["points"] == answer["points"]
     assert fitted["curve"]["params"] == answer["curve"]["params"]
 
-    assert "finished" in rig("history").out
+    assert "concluded" in rig("history").out
 
 
 OTHER_STAGES = {
@@ -171,7 +171,7 @@ def test_ctrl_c_stops_the_stage_keeps_everything_and_can_be_resumed(rig: Command
     assert process.returncode == 130
     assert "the stage stands still" in errors
     with open_store(os.environ["RIG_DATABASE"]) as store:
-        assert store.sweep(1).state == "interrupted"
+        assert store.sweep(1).state == "taking"
         store.replace_measurements(1, {}, calibration_id=None)  # ended before any was measured
     resumed = rig("sweep", "sim", "--resume", 1, *QUICK, "--json")
     assert "measured again: slope differs by" in resumed.err

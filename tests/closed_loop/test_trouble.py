@@ -29,10 +29,12 @@ from rig.errors import (
     CaptureTimeoutError,
     DeviceError,
     DeviceLostError,
+    OwnedError,
     RigError,
     StageAlarmError,
     StoreError,
 )
+from rig.folder_lock import FolderLock
 from rig.hardware.opening import Hardware
 from rig.live.camera import DepthCamera
 from rig.optics.nominal import nominal_optics
@@ -238,3 +240,16 @@ def test_a_capture_folder_that_cannot_be_made(profile: Profile, tmp_path: Path):
         pytest.raises(StoreError, match="--out"),
     ):
         capture_depth(camera, request, lambda *_: None)
+
+
+def test_a_capture_folder_has_one_owner(profile: Profile, tmp_path: Path):
+    request = CaptureRequest(frames=1, duration_s=None, folder=tmp_path / "out")
+    (tmp_path / "out").mkdir()
+    with (
+        bench(profile) as (hardware, _),
+        depth_camera(profile, hardware) as camera,
+        FolderLock(tmp_path / "out"),
+        pytest.raises(OwnedError, match=f"out, it belongs to process {os.getpid()} on"),
+    ):
+        capture_depth(camera, request, lambda *_: None)
+    assert [file.name for file in (tmp_path / "out").iterdir()] == []

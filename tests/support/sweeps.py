@@ -81,7 +81,6 @@ def stored_sweep(folder: Path, recipe: SweepRecipe | None = None) -> tuple[Store
             )
             measured[sample.key] = _measurement(recipe, stop, rng)
     store.save_measurements(sweep_id, measured)
-    store.finish_sweep(sweep_id, "finished")
     return store, conclude_sweep(store, sweep_id)
 
 

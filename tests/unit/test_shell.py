@@ -254,7 +254,7 @@ def test_ctrl_c_is_one_line_and_exit_code_130(rig: Command, monkeypatch: pytest.
     monkeypatch.setattr("rig.cli.history.history", interrupted)
     answer = rig("history")
     assert answer.code == 130
-    assert answer.err == "rig: interrupted\n"
+    assert answer.err == "rig: interrupted; what was stored before is kept\n"
 
 
 def test_a_mistyped_verb_is_told_the_nearest(rig: Command):

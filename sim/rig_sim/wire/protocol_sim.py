@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from serial import PortNotOpenError, SerialBase, SerialException
 
+from rig_sim.wire.far_end import FarEnd
 from rig_sim.wire.sockets import Socket, socket_at
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ class Serial(SerialBase):
             raise SerialException(
                 errno.ENOENT, f"could not open port {self.port}: no simulated firmware is there"
             )
-        with socket.lock:
+        with FarEnd(), socket.lock:
             if socket.is_taken:
                 raise SerialException(
                     errno.EBUSY, f"could not open port {self.port}: used by another program"
@@ -51,7 +52,7 @@ class Serial(SerialBase):
         socket, self._socket = self._socket, None
         self.is_open = False
         if socket is not None:
-            with socket.lock:
+            with FarEnd(), socket.lock:
                 socket.is_taken = False
 
     @property
@@ -73,7 +74,7 @@ class Serial(SerialBase):
                 data = bytes(self._received[:size])
                 del self._received[:size]
                 return data
-            with socket.lock:
+            with FarEnd(), socket.lock:
                 event_s = socket.firmware.next_event_s()
             times_s = [now_s + SLICE_S]
             times_s += [t for t in (event_s, deadline_s) if t is not None]
@@ -83,7 +84,7 @@ class Serial(SerialBase):
         """Send bytes; they arrive at once."""
         socket = self._plugged()
         data = bytes(b)
-        with socket.lock:
+        with FarEnd(), socket.lock:
             socket.firmware.receive(data)
         return len(data)
 
@@ -105,7 +106,7 @@ class Serial(SerialBase):
 
     def _collect(self) -> None:
         socket = self._plugged()
-        with socket.lock:
+        with FarEnd(), socket.lock:
             self._received += socket.firmware.transmit()
 
     def _reconfigure_port(self) -> None:

@@ -32,7 +32,6 @@ def test_the_sweep_over_v4l2_cameras_makes_a_curve_that_keeps_its_gates(
             store.add_sample(
                 sweep_id, stop=stop, number=number, reached_mm=reached_mm, multiview=found.views
             )
-        store.finish_sweep(sweep_id, "finished")
     answer = rig("fit", str(sweep_id), "--db", url, "--json")
     assert answer.code == 0, answer.err
     assert len(answer.json["points"]) == len(stops())

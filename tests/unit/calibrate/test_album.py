@@ -87,3 +87,25 @@ def test_only_an_unfinished_album_of_the_same_rig_is_resumed(tmp_path: Path):
     album.write(SOLVED, "{}")
     with pytest.raises(ConfigError, match="none is unfinished"):
         Album.unfinished(tmp_path, profile)
+
+
+def test_only_an_album_without_pictures_is_removed(tmp_path: Path):
+    album = Album.new(tmp_path, load_profile("sim"))
+    assert album.is_empty
+    assert album.lease == f"album sim/{album.folder.name}"
+    album.discard_if_empty()
+    assert not album.folder.exists()
+    album.discard_if_empty()
+    kept = Album.new(tmp_path, load_profile("sim"))
+    kept.keep(Picture(0, noisy_multiview(seed=0)))
+    kept.discard_if_empty()
+    assert not kept.is_empty
+    assert [picture.number for picture in kept.pictures()] == [0]
+
+
+def test_an_album_that_went_away_is_not_made_anew(tmp_path: Path):
+    album = Album.new(tmp_path, load_profile("sim"))
+    album.folder.rename(tmp_path / "elsewhere")
+    with pytest.raises(StoreError, match="asked to write frames, the folder is gone"):
+        album.keep(Picture(0, noisy_multiview(seed=0)))
+    assert not album.folder.exists()

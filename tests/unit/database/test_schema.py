@@ -91,7 +91,7 @@ def test_an_old_database_is_upgraded_with_everything_in_it(tmp_path: Path) -> No
     old_database(tmp_path / "rig.sqlite")
     with open_store(sqlite_url(tmp_path)) as store:
         sweep = store.sweep(7)
-        assert (sweep.note, sweep.state, sweep.calibration_id) == ("old", "interrupted", None)
+        assert (sweep.note, sweep.state, sweep.calibration_id) == ("old", "concluded", None)
         (sample,) = store.samples(7)
         assert (sample.reached_mm, sample.frames[0].sequence) == (400.25, 9)
         assert (sample.frames[0].bits, sample.frames[0].uncertainty_s) == (None, 0.0)
@@ -106,6 +106,69 @@ def test_an_old_database_is_upgraded_with_everything_in_it(tmp_path: Path) -> No
         assert store.curve(newer).calibration_id == calibration_id
         assert (curve.row_errors, store.curve(newer).row_errors) == (None, {"rms_px": [1.5]})
     assert tables(sqlite_url(tmp_path)).keys() == Row.metadata.tables.keys()
+
+
+def test_old_states_become_what_is_still_to_do(tmp_path: Path) -> None:
+    old_database(tmp_path / "rig.sqlite")
+    connection = sqlite3.connect(tmp_path / "rig.sqlite")
+    # number, state, whether its one sample is there, whether it has a curve
+    for number, state, is_whole, has_curve in (
+        (8, "finished", True, True),
+        (9, "finished", True, False),
+        (10, "finished", False, True),
+        (11, "running", True, False),
+        (12, "running", False, False),
+        (13, "interrupted", False, True),
+        (14, "failed", False, False),
+        (15, "failed", True, False),
+        (16, "failed", True, True),
+    ):
+        moment = "2026-01-02T03:04:05.000000+00:00"
+        connection.execute(
+            "INSERT INTO sweeps VALUES (?, 'bench', '{}', '{}', '{}', 1, ?, NULL, ?, 'f', '')",
+            (number, moment, state),
+        )
+        connection.execute("INSERT INTO stops VALUES (?, 0, 400.5, 'fit', 'forward')", (number,))
+        sample = 0 if is_whole else 1  # a second sample of a stop is not the first
+        connection.execute(
+            "INSERT INTO samples VALUES (?, ?, 0, ?, 400.25, ?, NULL, 'f')",
+            (number, number, sample, moment),
+        )
+        if has_curve:
+            connection.execute(
+                "INSERT INTO curves VALUES (?, 'bench', ?, ?, '{}', '{}', '{}', 1)",
+                (number, number, moment),
+            )
+    connection.commit()
+    connection.close()
+    with open_store(sqlite_url(tmp_path)) as store:
+        states = {row.id: row.state for row in store.sweeps()}
+        assert [len(store.samples(number)) for number in states] == [1] * 10
+    assert states == {
+        7: "concluded",
+        8: "concluded",
+        9: "taken",
+        10: "concluded",
+        11: "taken",
+        12: "taking",
+        13: "taking",
+        14: "failed",
+        15: "failed",
+        16: "concluded",
+    }
+
+
+def test_an_old_database_with_lost_rows_is_left_as_it_is(tmp_path: Path) -> None:
+    old_database(tmp_path / "rig.sqlite")
+    connection = sqlite3.connect(tmp_path / "rig.sqlite")
+    connection.execute("DELETE FROM sweeps")
+    connection.commit()
+    connection.close()
+    with pytest.raises(StoreError, match="a row of stops refers to sweeps, where nothing is"):
+        open_store(sqlite_url(tmp_path))
+    connection = sqlite3.connect(tmp_path / "rig.sqlite")
+    assert connection.execute("SELECT version_num FROM alembic_version").fetchone() == ("rig_0001",)
+    connection.close()
 
 
 def test_the_program_knows_every_migration() -> None:
@@ -199,7 +262,7 @@ def test_a_newer_database_is_left_as_it_is(tmp_path: Path) -> None:
     connection.close()
     before = contents(tmp_path)
     with pytest.raises(
-        StoreError, match=r"schema rig_0099, this rig knows up to rig_0004; upgrade rig"
+        StoreError, match=r"schema rig_0099, this rig knows up to rig_0005; upgrade rig"
     ) as refused:
         open_store(sqlite_url(tmp_path))
     assert "\n" not in str(refused.value)

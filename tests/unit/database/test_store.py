@@ -46,7 +46,7 @@ def test_a_sweep_comes_back_whole(store: Store) -> None:
     assert sweep.stops == STOPS
     assert sweep.devices == {"camera": {"serial": "A1", "kind": "oak"}}
     assert {"python", "numpy", "epirig"} <= set(sweep.versions)
-    assert (sweep.rig, sweep.state, sweep.ended_at) == ("bench", "running", None)
+    assert (sweep.rig, sweep.state, sweep.ended_at) == ("bench", "taking", None)
     assert sweep.note == "after the lens was\nchanged"
     assert sweep.started_at.tzinfo is not None
     assert before <= sweep.started_at <= datetime.now(UTC)
@@ -275,30 +275,64 @@ def test_what_is_not_there_is_named_with_what_is(store: Store) -> None:
         with pytest.raises(StoreError, match="asked for sweep 9, found 1, 2"):
             ask(9)
     with pytest.raises(StoreError, match="asked for sweep 9, found 1, 2"):
-        store.finish_sweep(9, "finished")
+        store.stop_sweep(9, failed=True)
     with pytest.raises(StoreError, match="asked for curve 4, found 1"):
         store.curve(4)
     with pytest.raises(StoreError, match="curve of rig sim, found curves of left-bench"):
         store.active_curve("sim")
 
 
-def test_only_an_unfinished_newest_sweep_is_resumed(store: Store) -> None:
+def test_only_a_newest_sweep_without_a_curve_is_resumed(store: Store) -> None:
     with pytest.raises(StoreError, match="rig bench, there is none"):
         store.last_resumable_sweep("bench")
-    killed, stopped, other = new_sweep(store), new_sweep(store), new_sweep(store, rig="other")
+    killed, stopped = new_sweep(store), new_sweep(store, samples_per_stop=1)
+    other = new_sweep(store, rig="other")
     assert store.last_resumable_sweep("bench").id == stopped
-    store.finish_sweep(stopped, "interrupted")
-    assert store.last_resumable_sweep("bench").state == "interrupted"
+    store.stop_sweep(stopped, failed=False)
+    assert store.last_resumable_sweep("bench").state == "taking"
     assert store.sweep(stopped).ended_at is not None
+    store.stop_sweep(stopped, failed=True)
+    assert store.last_resumable_sweep("bench").state == "failed"
     reopened = store.reopen_sweep(stopped)
-    assert (reopened.state, reopened.ended_at) == ("running", None)
-    store.finish_sweep(stopped, "finished")
-    with pytest.raises(StoreError, match=f"the newest, {stopped}, is finished"):
+    assert (reopened.state, reopened.ended_at) == ("taking", None)
+    for stop in range(len(STOPS)):
+        assert store.sweep(stopped).state == "taking"
+        add(store, stopped, stop, 0)
+    taken = store.sweep(stopped)
+    assert (taken.state, taken.ended_at) == ("taken", store.samples(stopped)[-1].taken_at)
+    assert store.last_resumable_sweep("bench").id == stopped
+    store.save_curve(stopped, curve={}, holdout={}, versions={})
+    assert store.sweep(stopped).state == "concluded"
+    with pytest.raises(StoreError, match=f"the newest, {stopped}, is concluded"):
         store.last_resumable_sweep("bench")
-    with pytest.raises(StoreError, match=f"resume sweep {stopped}, it is finished"):
+    with pytest.raises(StoreError, match=f"resume sweep {stopped}, it is concluded"):
         store.reopen_sweep(stopped)
-    assert store.reopen_sweep(killed).state == "running"
-    assert store.sweep(other).state == "running"
+    store.stop_sweep(stopped, failed=True)
+    assert store.sweep(stopped).state == "concluded"
+    assert store.reopen_sweep(killed).state == "taking"
+    assert store.sweep(other).state == "taking"
+
+
+def test_a_curve_of_half_a_sweep_leaves_the_rest_to_be_taken(store: Store) -> None:
+    sweep_id = new_sweep(store, samples_per_stop=1)
+    add(store, sweep_id, 0, 0)
+    add(store, sweep_id, 0, 1)  # more of one stop are not those of another
+    add(store, sweep_id, 0, 2)
+    store.save_curve(sweep_id, curve={}, holdout={}, versions={})
+    assert store.sweep(sweep_id).state == "taking"
+    assert store.reopen_sweep(sweep_id).state == "taking"
+
+
+def test_a_failed_sweep_with_all_samples_has_only_its_curve_to_come(store: Store) -> None:
+    sweep_id = new_sweep(store, samples_per_stop=1)
+    for stop in range(len(STOPS)):
+        add(store, sweep_id, stop, 0)
+    store.stop_sweep(sweep_id, failed=True)
+    assert store.sweep(sweep_id).state == "failed"
+    reopened = store.reopen_sweep(sweep_id)
+    assert (reopened.state, reopened.ended_at is None) == ("taken", False)
+    store.stop_sweep(sweep_id, failed=False)
+    assert store.sweep(sweep_id).state == "taken"
 
 
 def test_history_tells_how_far_every_sweep_came(store: Store) -> None:
@@ -306,7 +340,7 @@ def test_history_tells_how_far_every_sweep_came(store: Store) -> None:
     first, second = new_sweep(store, samples_per_stop=2), new_sweep(store, rig="other")
     for stop, number in [(0, 0), (0, 1), (1, 0)]:
         add(store, first, stop, number)
-    store.finish_sweep(first, "failed")
+    store.stop_sweep(first, failed=True)
     store.save_curve(first, curve={}, holdout={"rms_pct": 0.5}, versions={})
     newest = store.save_curve(first, curve={}, holdout={"rms_pct": 0.25}, versions={})
     done, empty = store.sweeps()

@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Generator, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
@@ -97,14 +97,14 @@ def test_no_room_in_the_database(tmp_path: Path) -> None:
         for write in (
             lambda: add(store, sweep_id, 1),
             lambda: store.save_measurements(sweep_id, {(0, 0): Measurement(slope_px=1.0)}),
-            lambda: store.finish_sweep(sweep_id, "finished"),
+            lambda: store.stop_sweep(sweep_id, failed=True),
         ):
             with largest_file(log_bytes), pytest.raises(StoreError, match=r"disk is full") as at:
                 write()
             assert str(at.value).startswith(store.database)
             assert_whole(store, sweep_id, 1)
         assert store.measurements(sweep_id) == {}
-        assert store.sweep(sweep_id).state == "running"
+        assert store.sweep(sweep_id).state == "taking"
         add(store, sweep_id, 1)
         assert_whole(store, sweep_id, 2)
 
@@ -238,3 +238,44 @@ def test_a_killed_program_leaves_whole_samples(tmp_path: Path, samples: int) -> 
         assert count >= len(reported), "what was reported as stored is stored"
         add(store, sweep_id, count)
         assert_whole(store, sweep_id, count + 1)
+
+
+@pytest.mark.parametrize("folder", ["../../outside", "/etc", "bench/../../x", ""])
+def test_a_database_whose_folder_lies_outside_is_refused(tmp_path: Path, folder: str) -> None:
+    with open_store(sqlite_url(tmp_path)) as store:
+        sweep_id = new_sweep(store)
+        add(store, sweep_id, 0)
+    connection = sqlite3.connect(tmp_path / "rig.sqlite")
+    connection.execute("UPDATE sweeps SET folder = ?", (folder,))
+    connection.execute("UPDATE samples SET folder = ?", (folder,))
+    connection.commit()
+    connection.close()
+    with open_store(sqlite_url(tmp_path)) as store:
+        for use in (
+            lambda: store.sweep(sweep_id),
+            lambda: store.samples(sweep_id),
+            lambda: ExitStack().enter_context(store.owned_sweep(sweep_id, "asked")),
+        ):
+            with pytest.raises(StoreError, match=r"names the folder .*, which is not below"):
+                use()
+
+
+def test_a_text_that_is_none_is_told_as_damage(tmp_path: Path) -> None:
+    with open_store(sqlite_url(tmp_path)) as store:
+        sweep_id = new_sweep(store)
+    connection = sqlite3.connect(tmp_path / "rig.sqlite")
+    connection.execute("UPDATE sweeps SET rig = CAST(x'80ff' AS TEXT)")
+    connection.commit()
+    connection.close()
+    with (
+        open_store(sqlite_url(tmp_path)) as store,
+        pytest.raises(StoreError, match="cannot read sweep 1: the database answers: Could"),
+    ):
+        store.sweep(sweep_id)
+    connection = sqlite3.connect(tmp_path / "rig.sqlite")
+    connection.execute("PRAGMA writable_schema = ON")
+    connection.execute("UPDATE sqlite_master SET name = CAST(x'9480' AS TEXT), sql = 'CREATE'")
+    connection.commit()
+    connection.close()
+    with pytest.raises(StoreError, match="cannot open the database: the file is damaged; bring"):
+        open_store(sqlite_url(tmp_path))

@@ -1,5 +1,6 @@
 """Recordings: what goes in comes out, also from a file that was cut off, and never nonsense."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,12 @@ from hypothesis import strategies as st
 from rig_drivers.stored.recording import ReplayCamera
 
 from rig.devices import SystemClock
-from rig.errors import DeviceLostError, DeviceNotFoundError, StoreError
+from rig.errors import DeviceLostError, DeviceNotFoundError, OwnedError, StoreError
 from rig.frames import Frame, MultiView
 from rig.profile import RecordingCameraConfig, ViewConfig
 from rig.recording import RecordingWriter, recorded, recorded_views
 from tests.support.command import Command
-from tests.support.recordings import VIEWS, assert_same, time_ns, written
+from tests.support.recordings import VIEWS, assert_same, taken, time_ns, written
 from tests.support.small_sim import as_options
 
 
@@ -34,6 +35,16 @@ def test_a_file_is_never_overwritten(tmp_path: Path):
         RecordingWriter(tmp_path / "r.mcap", VIEWS, {})
     with pytest.raises(StoreError, match="cannot be written: No such file"):
         RecordingWriter(tmp_path / "no" / "r.mcap", VIEWS, {})
+
+
+def test_a_recording_has_one_writer(tmp_path: Path):
+    path = tmp_path / "r.mcap"
+    with RecordingWriter(path, VIEWS, {}) as recording:
+        with pytest.raises(OwnedError, match=f"it belongs to process {os.getpid()} on"):
+            RecordingWriter(path, VIEWS, {})
+        recording.write(taken(0, bits=8), time_ns(0))
+    assert [file.name for file in tmp_path.iterdir()] == ["r.mcap"]
+    assert len(list(recorded(path))) == 1
 
 
 def test_a_file_that_was_cut_off_ends_with_a_whole_multiview(tmp_path: Path):
