@@ -25,6 +25,7 @@ from rig.epipolar.search.pair import LABELS_PX, PAIR_ERROR_PX
 from rig.epipolar.search.search import Effort, search
 from rig.epipolar.search.sides import choose_sides
 from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras, Window, window_of
+from rig.epipolar.steady import Steady, Turn
 from rig.epipolar.stitch import behind_jumps, stitch
 from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
 
@@ -99,7 +100,8 @@ def estimate_slopes(
             no view but the reference can be used.
     """
     window = window_of(views.shape, slope_range_px, prior)
-    return _estimate(views, window, slope_range_px, noise, None, trust_places=trust_places)
+    steady = None if prior is None else prior.steady
+    return _estimate(views, window, slope_range_px, noise, None, steady, trust_places=trust_places)
 
 
 def _estimate(
@@ -108,6 +110,7 @@ def _estimate(
     slope_range_px: tuple[float, float],
     noise: NoiseModel | None,
     rough_noise: CrossNoise | None,
+    steady: Steady | None,
     *,
     trust_places: bool,
 ) -> SlopeMap:
@@ -122,13 +125,14 @@ def _estimate(
         slope_range_px: lowest and highest of them.
         noise: as told.
         rough_noise: what the views differ by; None to measure it at the first match.
+        steady: what the last multi-view told beside its slopes; None to measure it.
         trust_places: whether the views are where they are told to be.
     """
-    ready = prepare(views, window, noise, rough_noise)
+    ready = prepare(views, window, noise, rough_noise, steady)
     cameras, scales, mending = ready.cameras, ready.scales, ready.mending
     images, splines, grey = ready.images, ready.splines, ready.images[ready.cameras.reference]
-    drift = coarse_drift(images, cameras, window, ready.first)
-    found = search(images, cameras, window, scales, splines, drift)
+    drift = broad_drift = _broad_drift(ready, window)
+    found = search(images, cameras, window, scales, splines, drift, _known_rivals(ready))
     movable = window.is_wider(_JUMP_LABELS * cameras.step_px)
     edged = window.hold(_settle_edges(window.hold(found.slope_px), movable, ready))
     if ready.effort is Effort.COARSE or ready.is_one_sided:
@@ -142,7 +146,9 @@ def _estimate(
         was_wrong = closer.ratio < _MUCH_LESS * ready.noise.excess
         if rough_noise is None and ready.noise.excess > 1 and was_wrong:
             own = CrossNoise()  # what single pictures tell
-            return _estimate(views, window, slope_range_px, noise, own, trust_places=trust_places)
+            return _estimate(
+                views, window, slope_range_px, noise, own, None, trust_places=trust_places
+            )
         mending = replace(mending, noise=closer)
     cross = mending.noise or CrossNoise()
     scales = replace(scales, misfit_px=cross.misfit_px)
@@ -175,7 +181,8 @@ def _estimate(
         slope = window.hold(stitched)
     else:
         placement, placed_cameras, placed_splines = None, cameras, splines
-    variance *= np.float32(pooled_share(grey, scales, _STITCH_STRIDE_PX, cross.likeness))
+    pooled = _pooled_share(ready, cross)
+    variance *= np.float32(pooled)
     rival_px = found.rival_px
     holds_out = contested(placed_splines, slope, rival_px, placed_cameras, scales, grey, drift)
     rival_px[~holds_out] = np.nan
@@ -209,7 +216,59 @@ def _estimate(
     judged = _with_doubt_of(places, judged, slope_range_px[1] - slope_range_px[0])
     # Around a hypothesis nothing is looked for: what is not known then is not known to be right.
     is_looked_for = views.mending is not None or ready.effort is not Effort.FOLLOWED
-    return replace(judged, placement=placement, mending=mending if is_looked_for else None)
+    return replace(
+        judged,
+        placement=placement,
+        mending=mending if is_looked_for else None,
+        steady=_handed_on(ready, pooled, broad_drift, rival_px),
+    )
+
+
+def _broad_drift(ready: Ready, window: Window) -> NDArray[np.float32] | None:
+    """Light that changes with the view, before slopes are known."""
+    if ready.before is not None and not ready.is_due(Turn.DRIFT):
+        return ready.before.drift
+    return coarse_drift(ready.images, ready.cameras, window, ready.first)
+
+
+def _known_rivals(ready: Ready) -> NDArray[np.float32] | None:
+    """Second slopes of the last multi-view where unknown pixels keep them; None to search."""
+    if ready.before is None or ready.is_due(Turn.UNKNOWN):
+        return None
+    return ready.before.rival_px
+
+
+def _pooled_share(ready: Ready, cross: CrossNoise) -> float:
+    """How much less than independent ones the lines of neighbours tell."""
+    if ready.before is not None and not ready.is_due(Turn.NOISE):
+        return ready.before.pooled_share
+    grey = ready.images[ready.cameras.reference]
+    return pooled_share(grey, ready.scales, _STITCH_STRIDE_PX, cross.likeness)
+
+
+def _handed_on(
+    ready: Ready,
+    pooled_share: float,
+    drift: NDArray[np.float32] | None,
+    rival_px: NDArray[np.float32],
+) -> Steady | None:
+    """What the next multi-view need not measure; None where the views have no common gains."""
+    if ready.gains is None:
+        return None
+    before, wide_share = ready.before, ready.wide_share
+    if before is not None and not ready.is_due(Turn.UNKNOWN):
+        wide_share = before.wide_share
+    return Steady(
+        ready.cameras.x_steps,
+        ready.cameras.y_steps,
+        ready.gains,
+        ready.grading,
+        pooled_share,
+        drift,
+        rival_px,
+        wide_share,
+        turn=Turn.GAINS if before is None else before.next_turn(),
+    )
 
 
 def _within_reach(

@@ -77,7 +77,8 @@ class DepthMeter:
             self._placement = slopes.placement
         if slopes.mending is not None and len(slopes.mending.rows.fields) == count:
             self._mending = slopes.mending
-        self._hypothesis = SlopePrior(slopes.slope_px, np.maximum(slopes.sigma_px, _MOTION_PX))
+        sigma_px = np.maximum(slopes.sigma_px, _MOTION_PX)
+        self._hypothesis = SlopePrior(slopes.slope_px, sigma_px, slopes.steady)
         depth = depth_of(run, slopes)
         frame = DepthFrame(
             index=self._index,

@@ -77,6 +77,7 @@ def search(
     scales: Scales,
     splines: NDArray[np.float32] | None = None,
     drift: NDArray[np.float32] | None = None,
+    rival_px: NDArray[np.float32] | None = None,
 ) -> Found:
     """Find the slope of every pixel inside its window.
 
@@ -88,6 +89,8 @@ def search(
         splines: what `rig.epipolar.sampling.pad` makes of them, if there already.
         drift: (2, H, W) light that changes with the view, see `rig.epipolar.drift`; None for none.
             Searches of texture and around a hypothesis have no need of it.
+        rival_px: (H, W) second slopes of the last multi-view: what its few unknown pixels have, and
+            they are not searched now; None to search them.
     """
     wide, effort = _is_wide(window, cameras), effort_of(cameras, window)
     if effort is not Effort.FOLLOWED and is_one_sided(cameras):
@@ -98,6 +101,8 @@ def search(
         case Effort.COARSE:
             found = _search_coarse(images, cameras, window, scales, drift)
             return found.only(wide, window.expected_px)
+        case Effort.FOLLOWED if wide.any() and rival_px is not None:
+            return Found.of_all(window.expected_px, rival_px).only(wide, window.expected_px)
         case Effort.FOLLOWED if wide.any():
             if splines is None:
                 splines = pad(images, cameras.x_steps, cameras.y_steps)

@@ -1,0 +1,79 @@
+"""What hardly changes from one multi-view to the next: taken over, and measured anew in turn.
+
+Gains belong to the cameras, noise and texture to the scene as a whole; where slopes are followed,
+one of these things is measured in each frame, and the others are as they were. So each is at most
+as many frames old as there are turns. A search of the whole range, which also comes wherever the
+hypothesis is contradicted in many places, starts all of them afresh.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rig.arrays import Float
+from rig.epipolar.mending.gains import Gains
+from rig.epipolar.scales import Grading
+
+Map = NDArray[np.float32]
+
+_GROWN, _GROWN_BY = 1.25, 0.002
+"""Growth of the share of unknown pixels, as a factor and as a share, that is looked into at once.
+"""
+
+
+class Turn(IntEnum):
+    """What is measured anew."""
+
+    GAINS = 0
+    """Gain and offset of every view, and whether it shows the same scene."""
+    NOISE = 1
+    """Noise and texture, from which all grey scales follow."""
+    DRIFT = 2
+    """Light that changes with the view."""
+    UNKNOWN = 3
+    """The whole range, at the pixels that the hypothesis does not know."""
+
+
+@dataclass(frozen=True, slots=True)
+class Steady:
+    """What one frame hands to the next beside its slopes."""
+
+    x_steps: Float
+    """(V,) the views that it is of, view steps."""
+    y_steps: Float
+    """(V,)."""
+    gains: Gains
+    """Of every view."""
+    grading: Grading
+    """Noise and texture."""
+    pooled_share: float
+    """See `rig.epipolar.noise.local.pooled_share`."""
+    drift: Map | None
+    """(2, H, W) as `rig.epipolar.drift.coarse_drift` has it; None where nothing drifts."""
+    rival_px: Map
+    """(H, W) second slopes that explained the views as well, NaN for none."""
+    wide_share: float
+    """Share of the pixels that were unknown when they were last searched."""
+    turn: Turn
+    """What is measured next."""
+
+    def is_of(self, x_steps: Float, y_steps: Float) -> bool:
+        """Whether it belongs to views at these places."""
+        return np.array_equal(self.x_steps, x_steps) and np.array_equal(self.y_steps, y_steps)
+
+    def is_due(self, what: Turn, wide_share: float) -> bool:
+        """Whether something is to be measured anew now.
+
+        Args:
+            what: the thing.
+            wide_share: share of the pixels that are unknown now.
+        """
+        if what is Turn.UNKNOWN and wide_share > _GROWN * self.wide_share + _GROWN_BY:
+            return True
+        return what is self.turn
+
+    def next_turn(self) -> Turn:
+        """What is measured after that."""
+        return Turn((self.turn + 1) % len(Turn))
