@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.compute.bands import run_in_bands, run_side_by_side
+from rig.epipolar.chessboard import doubled
 from rig.epipolar.line import MISFIT_LIMIT, UNSEEN, LineFits
 from rig.epipolar.plain import is_plain
-from rig.epipolar.rank import departure, mean
+from rig.epipolar.rank import departure
 from rig.epipolar.views import Label, SlopeMap
 
 Map = NDArray[np.float32]
@@ -35,9 +36,7 @@ class Evidence:
     lines: LineFits
     """The fit of every pixel's own line."""
     variance: Map
-    """(H, W) of the stitched slopes, by noise."""
-    misfit: Map
-    """(H, W) scatter of the neighbours' lines over what their precision promises."""
+    """(H, W) of the stitched slopes, by noise or by the scatter of the neighbours' lines."""
     views: int
     """How many there are."""
     misfit_px: float
@@ -90,9 +89,13 @@ def judge(
     kept, side_px, against, plain = run_side_by_side(
         lambda: _held_back(lines),
         lambda: _other_side(slope_px, step_px),
-        lambda: contradicted(lines.misfit),
+        lambda: contradicted(lines),
         lambda: is_plain(lines, evidence.views),
     )
+    sight = lines.sight
+    if lines.is_thin:
+        wide = slope_px.shape[1]
+        kept, against, plain, sight = (doubled(m, wide) for m in (kept, against, plain, sight))
     if evidence.coarse_texture is not None:
         plain[evidence.coarse_texture] = 0
     sigma, label = np.empty_like(slope_px), np.empty(slope_px.shape, np.uint8)
@@ -101,8 +104,7 @@ def judge(
 
     def weigh(start: int, stop: int) -> None:
         r = slice(start, stop)
-        total = np.maximum(evidence.misfit[r], np.float32(1)) * evidence.variance[r]
-        total += (start_px * kept[r]) ** 2 + side_px[r] ** 2 + miss
+        total = evidence.variance[r] + (start_px * kept[r]) ** 2 + side_px[r] ** 2 + miss
         if evidence.drift_variance is not None:
             total += evidence.drift_variance[r]
         apart = evidence.rival_px[r] - slope[r]
@@ -113,7 +115,7 @@ def judge(
         label[r] = np.where(slope[r] > 0, np.uint8(Label.NEARER), np.uint8(Label.BEYOND))
         label[r][evidence.hidden[r]] = Label.OCCLUSION
         none = (
-            (plain[r] > 0) | (lines.sight[r] == UNSEEN) | (outside[r] != 0) | evidence.unshared[r]
+            (plain[r] > 0) | (sight[r] == UNSEEN) | (outside[r] != 0) | evidence.unshared[r]
         )
         for values, instead in ((label, Label.NONE), (slope, np.nan), (sigma, np.nan)):
             values[r][none] = instead
@@ -128,7 +130,9 @@ def _held_back(lines: LineFits) -> Map:
 
     Grey noise makes lines look steeper than they are, so that each step is too short.
     """
-    signal, all_of_it = (mean(m, _HOLD_RADIUS_PX) for m in (lines.signal, lines.information))
+    signal, all_of_it = (
+        lines.around(m, _HOLD_RADIUS_PX) for m in (lines.signal, lines.information)
+    )
     share = signal / np.maximum(all_of_it, np.float32(1e-12))
     return np.float32(1) - np.minimum(np.maximum(share, np.float32(0)), np.float32(1))
 
@@ -145,17 +149,17 @@ def _other_side(slope_px: Map, step_px: float) -> Map:
     return np.where(jump > np.float32(1.5 * step_px), error, np.float32(0))
 
 
-def contradicted(misfit: Map) -> Map:
-    """1 where the views do not agree with the slope, else 0, (H, W).
+def contradicted(lines: LineFits) -> Map:
+    """1 where the views do not agree with the slope, else 0.
 
     Args:
-        misfit: (H, W) as `LineFits` has it.
+        lines: the fit of every pixel's own line.
 
     Returns:
-        (H, W). Where half of a region is contradicted, the rest of it agrees by chance.
+        A map as theirs. Where half of a region is contradicted, the rest of it agrees by chance.
     """
-    spot = mean(misfit, _SPOT_RADIUS_PX) > np.float32(_CONTRADICTION)
-    region = mean(spot.astype(np.float32), _REGION_RADIUS_PX) > _REGION_SHARE
+    spot = lines.around(lines.misfit, _SPOT_RADIUS_PX) > np.float32(_CONTRADICTION)
+    region = lines.around(spot.astype(np.float32), _REGION_RADIUS_PX) > _REGION_SHARE
     return (spot | region).astype(np.float32)
 
 

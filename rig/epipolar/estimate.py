@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.chessboard import doubled, filled, thinned
 from rig.epipolar.confidence import Evidence, contradicted, judge
 from rig.epipolar.contest import contested
 from rig.epipolar.drift import coarse_drift, local_drift, variance_of_slopes
@@ -29,8 +30,11 @@ from rig.epipolar.steady import Steady, Turn
 from rig.epipolar.stitch import behind_jumps, stitch
 from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
 
-Stitched = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
-"""Slope, its variance, and how far its neighbours scatter beyond theirs; all (H, W)."""
+Stitched = tuple[NDArray[np.float32], NDArray[np.float32]]
+"""Slope and its variance, which counts how far neighbours scatter beyond theirs; both (H, W)."""
+
+_FEWEST_THIN = 3
+"""Views from which on every second pixel of a followed frame will do."""
 
 _MEDIAN_RADIUS_PX = 4
 _MEDIAN_ROUNDS = {Effort.FOLLOWED: 1, Effort.COARSE: 1, Effort.FULL: 2}
@@ -137,7 +141,7 @@ def _estimate(
     edged = window.hold(_settle_edges(window.hold(found.slope_px), movable, ready))
     if ready.effort is Effort.COARSE or ready.is_one_sided:
         nowhere = np.zeros(images.shape, np.bool_)
-        _, (joined, _, _) = _refine(images, splines, edged, nowhere, cameras, scales, drift, _FAR)
+        _, (joined, _) = _refine(images, splines, edged, nowhere, cameras, scales, drift, _FAR)
         first_slope = window.hold(_within_reach(edged, joined, ready))
     else:
         first_slope = edged
@@ -157,12 +161,16 @@ def _estimate(
         told = local_drift(images, splines, first_slope, drift, cameras, scales)
         drift, drift_variance = (None, None) if told is None else told
     sided = window.hold(choose_sides(splines, grey, first_slope, movable, cameras, scales, drift))
+    is_thin = ready.before is not None and len(images) >= _FEWEST_THIN
     covered, hidden = hidden_points(
-        sided, cameras.x_steps, cameras.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px
-    )
+        sided, cameras.x_steps, cameras.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px,
+        is_thin=is_thin,
+    )  # fmt: skip
+    if is_thin:
+        hidden = doubled(hidden, grey.shape[1])
     start = _NEAR if ready.effort is Effort.FULL else None
-    lines, (stitched, variance, misfit) = _refine(
-        images, splines, sided, covered, cameras, scales, drift, start
+    lines, (stitched, variance) = _refine(
+        images, splines, sided, covered, cameras, scales, drift, start, is_thin=is_thin
     )
     slope = window.hold(_within_reach(sided, stitched, ready))
     warnings, placement = ready.warnings, None
@@ -175,7 +183,7 @@ def _estimate(
         placed = on_their_lines(images, placement.beside_px)
         placed_cameras = _moved(cameras, placement)
         placed_splines = pad(placed, placed_cameras.x_steps, placed_cameras.y_steps)
-        lines, (stitched, variance, misfit) = _refine(
+        lines, (stitched, variance) = _refine(
             placed, placed_splines, slope, covered, placed_cameras, scales, drift
         )
         slope = window.hold(stitched)
@@ -200,7 +208,6 @@ def _estimate(
     evidence = Evidence(
         lines=lines,
         variance=variance,
-        misfit=misfit,
         views=len(images),
         misfit_px=misfit_px * per_shift,
         hidden=hidden,
@@ -306,7 +313,9 @@ def _is_misled(lines: LineFits, window: Window, cameras: Cameras) -> bool:
     frame.
     """
     known = ~window.is_wider(_KNOWN_LABELS * cameras.step_px)
-    against = contradicted(lines.misfit) > 0
+    if lines.is_thin:
+        known = thinned(known)
+    against = contradicted(lines) > 0
     return bool(np.count_nonzero(against & known) > _SURPRISE * max(np.count_nonzero(known), 1))
 
 
@@ -348,6 +357,8 @@ def _refine(
     scales: Scales,
     drift: NDArray[np.float32] | None,
     found: _Found | None = None,
+    *,
+    is_thin: bool = False,
 ) -> tuple[LineFits, Stitched]:
     """Move every pixel's line one step towards its optimum, and join the optima of neighbours.
 
@@ -364,13 +375,15 @@ def _refine(
         scales: grey scales of the images.
         drift: (2, H, W) light that changes with the view; None for none.
         found: the search that the start comes from; None if it comes from lines already.
+        is_thin: whether the lines of every second pixel will do; their maps, and `covered`, are
+            thin ones then.
     """
     if found is not None:
         scales = replace(scales, start_error_px=found.error_px)
     lines = fit_lines(
         images, cameras.x_steps, cameras.y_steps, cameras.reference, slope_px, covered,
         scales.doubt, scales.derivative_variance, locking(scales), cameras.step_px, splines,
-        drift,
+        drift, is_thin=is_thin,
     )  # fmt: skip
     if found is not None:
         longer = np.float32(1.0 / reply_share(lines, scales) ** found.mended)
@@ -389,13 +402,24 @@ def _stitch(
     information = line_precision(lines, scales)
     line_sigma_px = 1.0 / max(float(np.median(information[::4, ::4])), 1e-12) ** 0.5
     step_px = cameras.step_px
-    return stitch(
-        slope_px,
+    slope_gate_px = max(1.5 * step_px, min(7.5 * line_sigma_px, 6.0 * step_px))
+    near_px, start_px, own = highest(slope_px, 1), slope_px, grey
+    if lines.is_thin:
+        near_px, start_px, own = thinned(near_px), thinned(slope_px), thinned(grey)
+    joined, variance, misfit = stitch(
+        start_px,
         lines.slope_px,
-        behind_jumps(slope_px, information, 2.0 * step_px),
-        grey,
+        behind_jumps(start_px, near_px, information, 2.0 * step_px),
+        own,
         radius_px=_STITCH_RADIUS_PX,
         stride_px=_STITCH_STRIDE_PX,
-        slope_gate_px=max(1.5 * step_px, min(7.5 * line_sigma_px, 6.0 * step_px)),
+        slope_gate_px=slope_gate_px,
         grey_gate=scales.likeness,
+        is_thin=lines.is_thin,
+    )
+    variance *= np.maximum(misfit, np.float32(1))
+    if not lines.is_thin:
+        return joined, variance
+    return filled(
+        joined, variance, slope_px, grey, slope_gate_px=slope_gate_px, grey_gate=scales.likeness
     )

@@ -6,6 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.compute.bands import run_in_bands
+from rig.compute.kernel import kernel
+
 Map = NDArray[np.float32]
 
 
@@ -44,11 +47,28 @@ def departure(values: Map, radius_px: int) -> Map:
     the mean of two opposite neighbours, at most over the directions and the neighbourhood.
     """
     largest = np.zeros_like(values)
-    for dy, dx in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        one, other = (np.roll(values, (k * dy, k * dx), (0, 1)) for k in (1, -1))
-        np.maximum(largest, np.abs(one + other - 2 * values), out=largest)
-    largest[[0, -1]] = largest[:, [0, -1]] = 0
+    run_in_bands(lambda start, stop: _depart(values, start, stop, largest), len(values))
     return highest(largest, max(radius_px - 1, 1))
+
+
+@kernel()
+def _depart(
+    values: NDArray[np.float32], start: int, stop: int, largest: NDArray[np.float32]
+) -> None:
+    """Largest difference from the mean of opposite neighbours, twice; 0 at the border."""
+    height, width = values.shape
+    two = np.float32(2)
+    for v in range(max(start, 1), min(stop, height - 1)):
+        above, here, below = values[v - 1], values[v], values[v + 1]
+        left, middle, right = here[: width - 2], here[1 : width - 1], here[2:]
+        al, am, ar = above[: width - 2], above[1 : width - 1], above[2:]
+        bl, bm, br = below[: width - 2], below[1 : width - 1], below[2:]
+        most = largest[v, 1 : width - 1]
+        for u in range(width - 2):
+            twice = two * middle[u]
+            straight = max(abs(left[u] + right[u] - twice), abs(am[u] + bm[u] - twice))
+            slanted = max(abs(al[u] + br[u] - twice), abs(ar[u] + bl[u] - twice))
+            most[u] = max(straight, slanted)
 
 
 def quantile(values: NDArray[np.floating], share: float) -> float:
