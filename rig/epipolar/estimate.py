@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.compute.bands import run_side_by_side
 from rig.epipolar.chessboard import doubled, filled, thinned
 from rig.epipolar.confidence import Evidence, contradicted, judge
 from rig.epipolar.contest import contested
@@ -405,7 +406,9 @@ def _stitch(
     slope_gate_px = max(1.5 * step_px, min(7.5 * line_sigma_px, 6.0 * step_px))
     near_px, start_px, own = highest(slope_px, 1), slope_px, grey
     if lines.is_thin:
-        near_px, start_px, own = thinned(near_px), thinned(slope_px), thinned(grey)
+        near_px, start_px, own = run_side_by_side(
+            lambda: thinned(near_px), lambda: thinned(slope_px), lambda: thinned(grey)
+        )
     joined, variance, misfit = stitch(
         start_px,
         lines.slope_px,
@@ -421,5 +424,7 @@ def _stitch(
     if not lines.is_thin:
         return joined, variance
     return filled(
-        joined, variance, slope_px, grey, slope_gate_px=slope_gate_px, grey_gate=scales.likeness
-    )
+        joined, variance, start_px, own, slope_px, grey,
+        slope_gate_px=slope_gate_px,
+        grey_gate=scales.likeness,
+    )  # fmt: skip

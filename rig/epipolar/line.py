@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.compute.bands import run_in_bands
+from rig.compute.bands import run_in_bands, run_side_by_side
 from rig.compute.kernel import kernel
 from rig.epipolar.chessboard import mean_around, thinned
 from rig.epipolar.drift_fit import drift_of_all, light_of
@@ -105,7 +105,8 @@ def fit_lines(
     """
     grey, wide = images[reference], slope_px.shape[1]
     if is_thin:
-        slope_px, grey = thinned(slope_px), thinned(grey)
+        start_px, centre = slope_px, grey
+        slope_px, grey = run_side_by_side(lambda: thinned(start_px), lambda: thinned(centre))
         drift = None if drift is None else np.stack([thinned(axis) for axis in drift])
     height, width = slope_px.shape
     padded = pad(images, x_steps, y_steps) if splines is None else splines

@@ -35,8 +35,9 @@ def hidden_points(
         is_thin: whether every second pixel will do.
 
     Returns:
-        Maps, or thin ones (`rig.epipolar.chessboard`): (V, H, W) pixels that each view does not show, or not clean within the margin; and (H, W)
-        pixels hidden in the outermost view of at least one half, without any margin.
+        Pixels that each view does not show, or not clean within the margin, (V, H, W); and those
+        hidden in the outermost view of at least one half, without any margin, (H, W). All of them,
+        or thin maps (`rig.epipolar.chessboard`).
     """
     height, width = slope_px.shape
     asked = thinned(slope_px) if is_thin else slope_px

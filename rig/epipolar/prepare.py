@@ -101,7 +101,7 @@ def prepare(
         mending = mending.kept(~strange)
     warnings += mending.warnings(views.x_steps, views.y_steps)
     cameras = Cameras(views.x_steps, views.y_steps, views.reference)
-    effort = effort_of(cameras, window)
+    effort = effort_of(cameras, window, None if strange.any() else wide)
     cross = mending.noise or rough_noise
     if cross is None and effort is Effort.FOLLOWED:
         cross = CrossNoise()
@@ -131,7 +131,7 @@ def _of_these(
     """What the last multi-view told, if it belongs to these views, and the share of the unknown."""
     cameras = Cameras(views.x_steps, views.y_steps, views.reference)
     wide = wide_share(window, cameras)
-    is_followed = effort_of(cameras, window) is Effort.FOLLOWED and not views.is_colour
+    is_followed = effort_of(cameras, window, wide) is Effort.FOLLOWED and not views.is_colour
     is_of_these = steady is not None and steady.is_of(views.x_steps, views.y_steps)
     return (steady if is_followed and is_of_these else None), wide
 

@@ -107,8 +107,8 @@ def stitch(
 
     def work(first: int, last: int) -> None:
         _stitch(
-            framed.reshape(len(maps), -1), stride, quarter, steps, slope_unit, radius_px, first, last,
-            slope, variance, misfit,
+            framed.reshape(len(maps), -1), stride, quarter, steps, slope_unit, radius_px, first,
+            last, slope, variance, misfit,
         )  # fmt: skip
 
     run_in_bands(frame, len(maps))

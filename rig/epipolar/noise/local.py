@@ -87,6 +87,7 @@ def reply_share(lines: LineFits, scales: Scales) -> float:
     return max(_cauchy_shares(scales)[2] * real / every, _LEAST_REPLY)
 
 
+@lru_cache(maxsize=8)  # most frames have the scales of the frame before
 def locking(scales: Scales) -> tuple[float, float, float]:
     """`Scales.locking` as it reaches the steps of lines through their Cauchy weights.
 

@@ -52,9 +52,15 @@ class Effort(IntEnum):
     """All of it at full size."""
 
 
-def effort_of(cameras: Cameras, window: Window) -> Effort:
-    """How `search` will look for the slopes of a window."""
-    if wide_share(window, cameras) < _FEW:
+def effort_of(cameras: Cameras, window: Window, share: float | None = None) -> Effort:
+    """How `search` will look for the slopes of a window.
+
+    Args:
+        cameras: where the views stand.
+        window: the slopes to search.
+        share: what `wide_share` says of it, if it was asked already.
+    """
+    if (wide_share(window, cameras) if share is None else share) < _FEW:
         return Effort.FOLLOWED
     width_px = float(window.high_px.max()) - float(window.low_px.min())
     return Effort.COARSE if width_px > _COARSE_FROM_LABELS * cameras.step_px else Effort.FULL
@@ -92,7 +98,8 @@ def search(
         rival_px: (H, W) second slopes of the last multi-view: what its few unknown pixels have, and
             they are not searched now; None to search them.
     """
-    wide, effort = _is_wide(window, cameras), effort_of(cameras, window)
+    wide = _is_wide(window, cameras)
+    effort = effort_of(cameras, window, np.count_nonzero(wide) / wide.size)
     if effort is not Effort.FOLLOWED and is_one_sided(cameras):
         return search_pair(images, cameras, window, scales).only(wide, window.expected_px)
     match effort:
