@@ -28,12 +28,12 @@ def pair(ball: Scene) -> tuple[RectifiedViews, tuple[float, float]]:
 
 
 def frames(views: RectifiedViews, range_px: tuple[float, float]) -> list[SlopeMap]:
-    """An exhaustive search, and two frames that follow it."""
+    """An exhaustive search, and frames that follow it, one for each turn."""
     found = [estimate_slopes(views, range_px)]
     views = replace(views, mending=found[0].mending)
-    for _ in range(2):
+    for _ in range(4):
         last = found[-1]
-        prior = SlopePrior(last.slope_px, np.maximum(last.sigma_px, np.float32(0.2)))
+        prior = SlopePrior(last.slope_px, np.maximum(last.sigma_px, np.float32(0.2)), last.steady)
         found.append(estimate_slopes(views, range_px, prior))
     return found
 
