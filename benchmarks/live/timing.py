@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from statistics import median
@@ -55,7 +55,7 @@ def race(ways: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, Tim
 
 
 @contextmanager
-def on_threads(count: int) -> Iterator[None]:
+def on_threads(count: int) -> Generator[None]:
     """Share the work among that many threads, ours and OpenCV's."""
     before, before_cv2 = os.environ.get(VARIABLE), cv2.getNumThreads()
     os.environ[VARIABLE] = str(count)

@@ -11,7 +11,7 @@ A thin map is packed, (H, ceil(W / 2)): pixel k of row v is column 2 k + v % 2 o
 that lies outside (W odd), it is the last column once more.
 """
 
-from typing import TypeVar
+from typing import TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,7 +74,7 @@ def doubled(thin: Values, width: int) -> Values:
         full[odd, 2::2] = thin[odd, : (width - 1) // 2]
 
     run_in_bands(work, _pairs_of_rows(thin))
-    return full
+    return cast("Values", full)
 
 
 def _joined(thin: Values, other: Values, width: int) -> Values:
@@ -88,12 +88,12 @@ def _joined(thin: Values, other: Values, width: int) -> Values:
         full[odd, 1::2], full[odd, ::2] = thin[odd, :less], other[odd, :more]
 
     run_in_bands(work, _pairs_of_rows(thin))
-    return full
+    return cast("Values", full)
 
 
 def _empty(values: Values) -> Values:
     """A thin map for a map (H, W)."""
-    return np.empty((len(values), (values.shape[1] + 1) // 2), values.dtype)
+    return cast("Values", np.empty((len(values), (values.shape[1] + 1) // 2), values.dtype))
 
 
 def _pairs_of_rows(values: NDArray[np.generic]) -> int:

@@ -106,11 +106,11 @@ def judge(
     doubts |= np.where(plain > 0, np.uint8(_PLAIN), np.uint8(0))
     doubts |= np.where(lines.sight == UNSEEN, np.uint8(_UNSEEN), np.uint8(0))
     if lines.is_thin:
-        left, doubts = (doubled(m, slope_px.shape[1]) for m in (left, doubts))
+        left, doubts = doubled(left, slope_px.shape[1]), doubled(doubts, slope_px.shape[1])
     drift_variance = evidence.drift_variance
     if drift_variance is None:
         drift_variance = np.empty((0, 0), np.float32)
-    slope, sigma = np.empty((2, *slope_px.shape), np.float32)
+    slope, sigma = np.empty_like(slope_px), np.empty_like(slope_px)
     label, at_ends = np.empty(slope_px.shape, np.uint8), np.zeros((len(slope_px), 2), np.int64)
     near_px = min(_EDGE_LABELS * step_px, 0.1 * (range_px[1] - range_px[0]))
     ends_px = np.float32(range_px[0] + near_px), np.float32(range_px[1] - near_px)

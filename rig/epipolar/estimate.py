@@ -137,7 +137,9 @@ def _estimate(
     cameras, scales, mending = ready.cameras, ready.scales, ready.mending
     images, splines, grey = ready.images, ready.splines, ready.images[ready.cameras.reference]
     drift = broad_drift = _broad_drift(ready, window)
-    found = search(images, cameras, window, scales, splines, drift, _known_rivals(ready))
+    found = search(
+        images, cameras, window, scales, splines, drift, _known_rivals(ready), ready.effort
+    )
     movable = window.is_wider(_JUMP_LABELS * cameras.step_px)
     edged = window.hold(_settle_edges(window.hold(found.slope_px), movable, ready))
     if ready.effort is Effort.COARSE or ready.is_one_sided:
@@ -228,7 +230,7 @@ def _estimate(
         judged,
         placement=placement,
         mending=mending if is_looked_for else None,
-        steady=_handed_on(ready, pooled, broad_drift, rival_px),
+        steady=_handed_on(ready, pooled, broad_drift, rival_px, slope),
     )
 
 
@@ -259,6 +261,7 @@ def _handed_on(
     pooled_share: float,
     drift: NDArray[np.float32] | None,
     rival_px: NDArray[np.float32],
+    slope_px: NDArray[np.float32],
 ) -> Steady | None:
     """What the next multi-view need not measure; None where the views have no common gains."""
     if ready.gains is None:
@@ -274,6 +277,7 @@ def _handed_on(
         pooled_share,
         drift,
         rival_px,
+        slope_px,
         wide_share,
         turn=Turn.GAINS if before is None else before.next_turn(),
     )

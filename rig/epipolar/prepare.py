@@ -18,7 +18,7 @@ from rig.epipolar.placement.placement import on_their_lines
 from rig.epipolar.sampling import pad
 from rig.epipolar.scales import Grading, Scales, noise_of, stabilise
 from rig.epipolar.search.cross_check import is_one_sided
-from rig.epipolar.search.search import Effort, effort_of, wide_share
+from rig.epipolar.search.search import FEW, Effort, effort_of, wide_share
 from rig.epipolar.search.window import Cameras, Window
 from rig.epipolar.steady import Steady, Turn
 from rig.epipolar.views import RectifiedViews
@@ -89,7 +89,7 @@ def prepare(
     views, warnings = seen_views(views)
     known = noise or views.noise
     grey_step = 0.0 if views.images.dtype == np.float32 else 1.0
-    steady, wide = _of_these(steady, views, window)
+    steady, wide, effort = _of_these(steady, views, window)
     gains = None if steady is None or steady.is_due(Turn.GAINS, wide) else steady.gains
     fitted = fit_together(views, window, grey_step, known, gains)
     if views.is_colour:
@@ -101,7 +101,8 @@ def prepare(
         mending = mending.kept(~strange)
     warnings += mending.warnings(views.x_steps, views.y_steps)
     cameras = Cameras(views.x_steps, views.y_steps, views.reference)
-    effort = effort_of(cameras, window, None if strange.any() else wide)
+    if strange.any():
+        effort = effort_of(cameras, window, wide_share(window, cameras))
     cross = mending.noise or rough_noise
     if cross is None and effort is Effort.FOLLOWED:
         cross = CrossNoise()
@@ -127,13 +128,20 @@ def prepare(
 
 def _of_these(
     steady: Steady | None, views: RectifiedViews, window: Window
-) -> tuple[Steady | None, float]:
-    """What the last multi-view told, if it belongs to these views, and the share of the unknown."""
+) -> tuple[Steady | None, float, Effort]:
+    """What the last multi-view told, if it belongs to these views and they are followed.
+
+    Also the share of the unknown, and how slopes are to be searched. What was unknown before, and
+    was searched then, is no reason to search everything.
+    """
     cameras = Cameras(views.x_steps, views.y_steps, views.reference)
-    wide = wide_share(window, cameras)
-    is_followed = effort_of(cameras, window, wide) is Effort.FOLLOWED and not views.is_colour
-    is_of_these = steady is not None and steady.is_of(views.x_steps, views.y_steps)
-    return (steady if is_followed and is_of_these else None), wide
+    wide, few = wide_share(window, cameras), FEW
+    if views.is_colour or steady is None or not steady.is_of(views.x_steps, views.y_steps):
+        steady = None
+    else:
+        few = max(FEW, steady.most_followed)
+    effort = effort_of(cameras, window, wide, few)
+    return (steady if effort is Effort.FOLLOWED else None), wide, effort
 
 
 def closer_noise(ready: Ready, slope_px: NDArray[np.float32]) -> CrossNoise:

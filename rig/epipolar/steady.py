@@ -22,6 +22,10 @@ _GROWN, _GROWN_BY = 1.25, 0.002
 """Growth of the share of unknown pixels, as a factor and as a share, that is looked into at once.
 """
 
+_MOST_UNKNOWN = 0.3
+"""Share of unknown pixels from which the hypothesis is no guide, however often they were searched.
+"""
+
 
 class Turn(IntEnum):
     """What is measured anew."""
@@ -54,6 +58,8 @@ class Steady:
     """(2, H, W) as `rig.epipolar.drift.coarse_drift` has it; None where nothing drifts."""
     rival_px: Map
     """(H, W) second slopes that explained the views as well, NaN for none."""
+    slope_px: Map
+    """(H, W) what was found, also where it was no answer: the best guess where nothing is known."""
     wide_share: float
     """Share of the pixels that were unknown when they were last searched."""
     turn: Turn
@@ -70,9 +76,16 @@ class Steady:
             what: the thing.
             wide_share: share of the pixels that are unknown now.
         """
-        if what is Turn.UNKNOWN and wide_share > _GROWN * self.wide_share + _GROWN_BY:
-            return True
-        return what is self.turn
+        return what is self.turn or (what is Turn.UNKNOWN and wide_share > self._grown_share)
+
+    @property
+    def most_followed(self) -> float:
+        """Share of unknown pixels below which the hypothesis of the others is still followed."""
+        return min(self._grown_share, _MOST_UNKNOWN)
+
+    @property
+    def _grown_share(self) -> float:
+        return _GROWN * self.wide_share + _GROWN_BY
 
     def next_turn(self) -> Turn:
         """What is measured after that."""

@@ -25,7 +25,7 @@ def saturation_grey(images: Image) -> float:
     return _saturation(np.ascontiguousarray(images[:, ::_SAMPLE_PX, ::_SAMPLE_PX]))
 
 
-def _saturation(sample: Image) -> float:
+def _saturation(sample: NDArray[np.integer | np.floating]) -> float:
     top = sample.max()
     return float(top) if float((sample == top).mean()) > 0.1 * _SATURATED_SHARE else float("inf")
 

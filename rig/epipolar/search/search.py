@@ -30,7 +30,7 @@ from rig.epipolar.search.window import Cameras, Window
 
 _COARSE_FROM_LABELS, _COARSE_SHRINK = 96, 2
 _NARROW_UP_TO_LABELS = 8
-_FEW = 0.05
+FEW = 0.05
 """Share of pixels without a narrow window up to which a search of small images is enough."""
 _FEW_SHRINK = 6
 _CLEARLY = 0.7
@@ -52,15 +52,16 @@ class Effort(IntEnum):
     """All of it at full size."""
 
 
-def effort_of(cameras: Cameras, window: Window, share: float | None = None) -> Effort:
-    """How `search` will look for the slopes of a window.
+def effort_of(cameras: Cameras, window: Window, share: float, few: float = FEW) -> Effort:
+    """How `search` is to look for the slopes of a window.
 
     Args:
         cameras: where the views stand.
         window: the slopes to search.
-        share: what `wide_share` says of it, if it was asked already.
+        share: what `wide_share` says of it.
+        few: share below which what is around the hypothesis is enough.
     """
-    if (wide_share(window, cameras) if share is None else share) < _FEW:
+    if share < few:
         return Effort.FOLLOWED
     width_px = float(window.high_px.max()) - float(window.low_px.min())
     return Effort.COARSE if width_px > _COARSE_FROM_LABELS * cameras.step_px else Effort.FULL
@@ -84,6 +85,7 @@ def search(
     splines: NDArray[np.float32] | None = None,
     drift: NDArray[np.float32] | None = None,
     rival_px: NDArray[np.float32] | None = None,
+    effort: Effort | None = None,
 ) -> Found:
     """Find the slope of every pixel inside its window.
 
@@ -97,9 +99,11 @@ def search(
             Searches of texture and around a hypothesis have no need of it.
         rival_px: (H, W) second slopes of the last multi-view: what its few unknown pixels have, and
             they are not searched now; None to search them.
+        effort: how to look; None for what the window asks for.
     """
     wide = _is_wide(window, cameras)
-    effort = effort_of(cameras, window, np.count_nonzero(wide) / wide.size)
+    if effort is None:
+        effort = effort_of(cameras, window, np.count_nonzero(wide) / wide.size)
     if effort is not Effort.FOLLOWED and is_one_sided(cameras):
         return search_pair(images, cameras, window, scales).only(wide, window.expected_px)
     match effort:

@@ -130,3 +130,5 @@ def _open(window: Window, rows: slice, prior: SlopePrior, low_px: float, high_px
     low[wide], high[wide] = low_px, high_px
     np.minimum(np.maximum(slope, low), high, out=expected)
     expected[~there] = 0.5 * (low_px + high_px)
+    if prior.steady is not None and prior.steady.slope_px.shape == prior.slope_px.shape:
+        np.copyto(expected, prior.steady.slope_px[rows], where=~there)

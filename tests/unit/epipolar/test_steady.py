@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rig.epipolar import RectifiedViews, SlopeMap, SlopePrior, estimate_slopes
+from rig.epipolar.search.window import window_of
 from rig.epipolar.steady import Steady, Turn
 from tests.unit.epipolar.conftest import Scene
 
@@ -109,6 +110,41 @@ def test_a_search_of_the_whole_range_starts_all_turns_afresh(ball: Scene) -> Non
         steady=replace(steady_of(found), turn=Turn.DRIFT),
     )
     assert steady_of(following(ball.views, ball.range_px, lost)).turn is Turn.GAINS
+
+
+def test_what_was_unknown_before_is_no_reason_to_search_everything(ball: Scene) -> None:
+    found = estimate_slopes(ball.views, ball.range_px)
+    slope_px = found.slope_px.copy()
+    slope_px[30:70, 40:84] = np.nan  # a seventh of the picture
+    partly = replace(found, slope_px=slope_px)
+    followed = following(ball.views, ball.range_px, partly)
+    assert steady_of(followed).turn is Turn.NOISE
+    assert median_error_px(ball, followed) < 0.02
+    assert np.isfinite(followed.slope_px[30:70, 40:84]).mean() > 0.98
+    assert steady_of(following(ball.views, ball.range_px, partly, anew=True)).turn is Turn.GAINS
+    grown = replace(partly, steady=replace(steady_of(found), wide_share=0.1))
+    assert steady_of(following(ball.views, ball.range_px, grown)).turn is Turn.GAINS
+
+
+def test_more_unknown_than_before_is_a_reason_to_search_everything(ball: Scene) -> None:
+    steady = replace(steady_of(estimate_slopes(ball.views, ball.range_px)), wide_share=0.1)
+    assert steady.most_followed == pytest.approx(0.127)
+    assert replace(steady, wide_share=1.0).most_followed == 0.3
+
+
+def test_what_is_unknown_starts_from_the_last_guess(ball: Scene) -> None:
+    found = estimate_slopes(ball.views, ball.range_px)
+    slope_px = found.slope_px.copy()
+    slope_px[3, 4] = np.nan
+    guess_px = np.full_like(slope_px, 2.25)
+    steady = replace(steady_of(found), slope_px=guess_px)
+    range_px = ball.range_px
+    with_guess = window_of(slope_px.shape, range_px, SlopePrior(slope_px, found.sigma_px, steady))
+    without = window_of(slope_px.shape, range_px, SlopePrior(slope_px, found.sigma_px))
+    assert with_guess.expected_px[3, 4] == 2.25
+    assert without.expected_px[3, 4] == 1.0
+    assert (with_guess.low_px[3, 4], with_guess.high_px[3, 4]) == range_px
+    assert with_guess.expected_px[3, 5] == without.expected_px[3, 5] == slope_px[3, 5]
 
 
 def test_colour_hands_nothing_on(ball: Scene) -> None:
