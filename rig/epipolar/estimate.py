@@ -1,18 +1,17 @@
 """The dense slope estimator: from rectified views to slope, sigma and label of every pixel."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.compute.bands import run_side_by_side
-from rig.epipolar.chessboard import doubled, filled, thinned
+from rig.epipolar.chessboard import doubled, thinned
 from rig.epipolar.confidence import Evidence, contradicted, judge
 from rig.epipolar.contest import contested
-from rig.epipolar.drift import coarse_drift, local_drift, variance_of_slopes
-from rig.epipolar.line import LineFits, fit_lines
+from rig.epipolar.drift import local_drift, variance_of_slopes
+from rig.epipolar.in_turn import broad_drift, handed_on, known_rivals, pooled_in_turn
+from rig.epipolar.line import LineFits
 from rig.epipolar.median import guided_median, near_jumps
-from rig.epipolar.noise.local import line_precision, locking, pooled_share, reply_share
 from rig.epipolar.noise.model import CrossNoise, NoiseModel
 from rig.epipolar.occlusion import hidden_points
 from rig.epipolar.placement.fit import find_placement
@@ -20,19 +19,15 @@ from rig.epipolar.placement.placement import Placement, on_their_lines
 from rig.epipolar.plain import has_coarse_texture
 from rig.epipolar.prepare import Ready, closer_noise, prepare
 from rig.epipolar.rank import highest
+from rig.epipolar.refine import FAR, NEAR, refine
 from rig.epipolar.sampling import pad
-from rig.epipolar.scales import Scales
 from rig.epipolar.search.cross_check import is_one_sided
 from rig.epipolar.search.pair import LABELS_PX, PAIR_ERROR_PX
 from rig.epipolar.search.search import Effort, search
 from rig.epipolar.search.sides import choose_sides
 from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras, Window, window_of
-from rig.epipolar.steady import Steady, Turn
-from rig.epipolar.stitch import behind_jumps, stitch
+from rig.epipolar.steady import Steady
 from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
-
-Stitched = tuple[NDArray[np.float32], NDArray[np.float32]]
-"""Slope and its variance, which counts how far neighbours scatter beyond theirs; both (H, W)."""
 
 _FEWEST_THIN = 3
 """Views from which on every second pixel of a followed frame will do."""
@@ -42,7 +37,6 @@ _MEDIAN_ROUNDS = {Effort.FOLLOWED: 1, Effort.COARSE: 1, Effort.FULL: 2}
 """One where the edges have been settled before: in the last frame, at half size."""
 _JUMP_LABELS = 3.0
 """A pixel whose window is narrower than this cannot change to the other side of a jump."""
-_STITCH_RADIUS_PX, _STITCH_STRIDE_PX = 6, 2
 _MUCH_LESS = 0.8
 """Noise at the slopes found over that of the first match, from which the first match was wrong."""
 _START_LABELS = 0.15
@@ -51,20 +45,6 @@ _FROM_ROWS = 0.5
 """Error along a line over that across it: slanted edges turn one into the other."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Found:
-    """What slopes are like that come straight from a search."""
-
-    error_px: float
-    """As a shift in the outermost view, 1 sigma."""
-    mended: float
-    """How much of it the line fit mends: the power of the reply by which steps are made longer. At
-    1 nothing is left, and the noise of the lines grows most."""
-
-
-_NEAR = _Found(0.25 * LABEL_SHIFT_PX, mended=0.5)
-_FAR = _Found(0.5 * LABEL_SHIFT_PX, mended=1.0)
-"""At full size and at half size."""
 _KNOWN_LABELS, _SURPRISE = 8.0, 0.5
 """Width of a window that a hypothesis is sure of; and share of such pixels that the views must
 contradict for it to be wrong altogether."""
@@ -136,15 +116,15 @@ def _estimate(
     ready = prepare(views, window, noise, rough_noise, steady)
     cameras, scales, mending = ready.cameras, ready.scales, ready.mending
     images, splines, grey = ready.images, ready.splines, ready.images[ready.cameras.reference]
-    drift = broad_drift = _broad_drift(ready, window)
+    broad = drift = broad_drift(ready, window)
     found = search(
-        images, cameras, window, scales, splines, drift, _known_rivals(ready), ready.effort
+        images, cameras, window, scales, splines, drift, known_rivals(ready), ready.effort
     )
     movable = window.is_wider(_JUMP_LABELS * cameras.step_px)
     edged = window.hold(_settle_edges(window.hold(found.slope_px), movable, ready))
     if ready.effort is Effort.COARSE or ready.is_one_sided:
         nowhere = np.zeros(images.shape, np.bool_)
-        _, (joined, _) = _refine(images, splines, edged, nowhere, cameras, scales, drift, _FAR)
+        _, (joined, _) = refine(images, splines, edged, nowhere, cameras, scales, drift, FAR)
         first_slope = window.hold(_within_reach(edged, joined, ready))
     else:
         first_slope = edged
@@ -171,8 +151,8 @@ def _estimate(
     )  # fmt: skip
     if is_thin:
         hidden = doubled(hidden, grey.shape[1])
-    start = _NEAR if ready.effort is Effort.FULL else None
-    lines, (stitched, variance) = _refine(
+    start = NEAR if ready.effort is Effort.FULL else None
+    lines, (stitched, variance) = refine(
         images, splines, sided, covered, cameras, scales, drift, start, is_thin=is_thin
     )
     slope = window.hold(_within_reach(sided, stitched, ready))
@@ -186,13 +166,13 @@ def _estimate(
         placed = on_their_lines(images, placement.beside_px)
         placed_cameras = _moved(cameras, placement)
         placed_splines = pad(placed, placed_cameras.x_steps, placed_cameras.y_steps)
-        lines, (stitched, variance) = _refine(
+        lines, (stitched, variance) = refine(
             placed, placed_splines, slope, covered, placed_cameras, scales, drift
         )
         slope = window.hold(stitched)
     else:
         placement, placed_cameras, placed_splines = None, cameras, splines
-    pooled = _pooled_share(ready, cross)
+    pooled = pooled_in_turn(ready, cross)
     variance *= np.float32(pooled)
     rival_px = found.rival_px
     holds_out = contested(placed_splines, slope, rival_px, placed_cameras, scales, grey, drift)
@@ -230,56 +210,7 @@ def _estimate(
         judged,
         placement=placement,
         mending=mending if is_looked_for else None,
-        steady=_handed_on(ready, pooled, broad_drift, rival_px, slope),
-    )
-
-
-def _broad_drift(ready: Ready, window: Window) -> NDArray[np.float32] | None:
-    """Light that changes with the view, before slopes are known."""
-    if ready.before is not None and not ready.is_due(Turn.DRIFT):
-        return ready.before.drift
-    return coarse_drift(ready.images, ready.cameras, window, ready.first)
-
-
-def _known_rivals(ready: Ready) -> NDArray[np.float32] | None:
-    """Second slopes of the last multi-view where unknown pixels keep them; None to search."""
-    if ready.before is None or ready.is_due(Turn.UNKNOWN):
-        return None
-    return ready.before.rival_px
-
-
-def _pooled_share(ready: Ready, cross: CrossNoise) -> float:
-    """How much less than independent ones the lines of neighbours tell."""
-    if ready.before is not None and not ready.is_due(Turn.NOISE):
-        return ready.before.pooled_share
-    grey = ready.images[ready.cameras.reference]
-    return pooled_share(grey, ready.scales, _STITCH_STRIDE_PX, cross.likeness)
-
-
-def _handed_on(
-    ready: Ready,
-    pooled_share: float,
-    drift: NDArray[np.float32] | None,
-    rival_px: NDArray[np.float32],
-    slope_px: NDArray[np.float32],
-) -> Steady | None:
-    """What the next multi-view need not measure; None where the views have no common gains."""
-    if ready.gains is None:
-        return None
-    before, wide_share = ready.before, ready.wide_share
-    if before is not None and not ready.is_due(Turn.UNKNOWN):
-        wide_share = before.wide_share
-    return Steady(
-        ready.cameras.x_steps,
-        ready.cameras.y_steps,
-        ready.gains,
-        ready.grading,
-        pooled_share,
-        drift,
-        rival_px,
-        slope_px,
-        wide_share,
-        turn=Turn.GAINS if before is None else before.next_turn(),
+        steady=handed_on(ready, pooled, broad, rival_px, slope),
     )
 
 
@@ -351,84 +282,3 @@ def _settle_edges(
             grey_scale=1.4 * ready.scales.likeness,
         )
     return slope_px
-
-
-def _refine(
-    images: NDArray[np.float32],
-    splines: NDArray[np.float32],
-    slope_px: NDArray[np.float32],
-    covered: NDArray[np.bool_],
-    cameras: Cameras,
-    scales: Scales,
-    drift: NDArray[np.float32] | None,
-    found: _Found | None = None,
-    *,
-    is_thin: bool = False,
-) -> tuple[LineFits, Stitched]:
-    """Move every pixel's line one step towards its optimum, and join the optima of neighbours.
-
-    A step falls short of the optimum, which does no harm where the start is as good as the line.
-    The error of a search follows the fraction of a pixel and the nearer surfaces around: where the
-    start comes from one, steps are made longer.
-
-    Args:
-        images: (V, H, W) equalised grey values.
-        splines: what `rig.epipolar.sampling.pad` makes of them.
-        slope_px: (H, W) start, px per view step.
-        covered: (V, H, W) whether a view shows a nearer surface in the place of the point.
-        cameras: where the views stand.
-        scales: grey scales of the images.
-        drift: (2, H, W) light that changes with the view; None for none.
-        found: the search that the start comes from; None if it comes from lines already.
-        is_thin: whether the lines of every second pixel will do; their maps, and `covered`, are
-            thin ones then.
-    """
-    if found is not None:
-        scales = replace(scales, start_error_px=found.error_px)
-    lines = fit_lines(
-        images, cameras.x_steps, cameras.y_steps, cameras.reference, slope_px, covered,
-        scales.doubt, scales.derivative_variance, locking(scales), cameras.step_px, splines,
-        drift, is_thin=is_thin,
-    )  # fmt: skip
-    if found is not None:
-        longer = np.float32(1.0 / reply_share(lines, scales) ** found.mended)
-        lines = replace(lines, slope_px=slope_px + longer * (lines.slope_px - slope_px))
-    return lines, _stitch(slope_px, lines, images[cameras.reference], cameras, scales)
-
-
-def _stitch(
-    slope_px: NDArray[np.float32],
-    lines: LineFits,
-    grey: NDArray[np.float32],
-    cameras: Cameras,
-    scales: Scales,
-) -> Stitched:
-    """Join neighbours whose slopes differ by no more than the lines themselves are uncertain."""
-    information = line_precision(lines, scales)
-    line_sigma_px = 1.0 / max(float(np.median(information[::4, ::4])), 1e-12) ** 0.5
-    step_px = cameras.step_px
-    slope_gate_px = max(1.5 * step_px, min(7.5 * line_sigma_px, 6.0 * step_px))
-    near_px, start_px, own = highest(slope_px, 1), slope_px, grey
-    if lines.is_thin:
-        near_px, start_px, own = run_side_by_side(
-            lambda: thinned(near_px), lambda: thinned(slope_px), lambda: thinned(grey)
-        )
-    joined, variance, misfit = stitch(
-        start_px,
-        lines.slope_px,
-        behind_jumps(start_px, near_px, information, 2.0 * step_px),
-        own,
-        radius_px=_STITCH_RADIUS_PX,
-        stride_px=_STITCH_STRIDE_PX,
-        slope_gate_px=slope_gate_px,
-        grey_gate=scales.likeness,
-        is_thin=lines.is_thin,
-    )
-    variance *= np.maximum(misfit, np.float32(1))
-    if not lines.is_thin:
-        return joined, variance
-    return filled(
-        joined, variance, start_px, own, slope_px, grey,
-        slope_gate_px=slope_gate_px,
-        grey_gate=scales.likeness,
-    )  # fmt: skip

@@ -62,6 +62,8 @@ class Steady:
     """(H, W) what was found, also where it was no answer: the best guess where nothing is known."""
     wide_share: float
     """Share of the pixels that were unknown when they were last searched."""
+    settled_share: float | None
+    """Share of them in the first frame after a search of the whole range; None in that search."""
     turn: Turn
     """What is measured next."""
 
@@ -76,17 +78,19 @@ class Steady:
             what: the thing.
             wide_share: share of the pixels that are unknown now.
         """
-        return what is self.turn or (what is Turn.UNKNOWN and wide_share > self._grown_share)
+        return what is self.turn or (what is Turn.UNKNOWN and wide_share > _grown(self.wide_share))
 
     @property
     def most_followed(self) -> float:
         """Share of unknown pixels below which the hypothesis of the others is still followed."""
-        return min(self._grown_share, _MOST_UNKNOWN)
-
-    @property
-    def _grown_share(self) -> float:
-        return _GROWN * self.wide_share + _GROWN_BY
+        if self.settled_share is None:
+            return _MOST_UNKNOWN
+        return min(_grown(self.settled_share), _MOST_UNKNOWN)
 
     def next_turn(self) -> Turn:
         """What is measured after that."""
         return Turn((self.turn + 1) % len(Turn))
+
+
+def _grown(share: float) -> float:
+    return _GROWN * share + _GROWN_BY

@@ -122,14 +122,17 @@ def test_what_was_unknown_before_is_no_reason_to_search_everything(ball: Scene) 
     assert median_error_px(ball, followed) < 0.02
     assert np.isfinite(followed.slope_px[30:70, 40:84]).mean() > 0.98
     assert steady_of(following(ball.views, ball.range_px, partly, anew=True)).turn is Turn.GAINS
-    grown = replace(partly, steady=replace(steady_of(found), wide_share=0.1))
+    assert steady_of(followed).settled_share == pytest.approx(40 * 44 / found.label.size, abs=0.01)
+    grown = replace(partly, steady=replace(steady_of(found), settled_share=0.1))
     assert steady_of(following(ball.views, ball.range_px, grown)).turn is Turn.GAINS
 
 
 def test_more_unknown_than_before_is_a_reason_to_search_everything(ball: Scene) -> None:
-    steady = replace(steady_of(estimate_slopes(ball.views, ball.range_px)), wide_share=0.1)
-    assert steady.most_followed == pytest.approx(0.127)
-    assert replace(steady, wide_share=1.0).most_followed == 0.3
+    steady = steady_of(estimate_slopes(ball.views, ball.range_px))
+    assert steady.settled_share is None
+    assert steady.most_followed == 0.3
+    assert replace(steady, settled_share=0.1).most_followed == pytest.approx(0.127)
+    assert replace(steady, settled_share=0.5).most_followed == 0.3
 
 
 def test_what_is_unknown_starts_from_the_last_guess(ball: Scene) -> None:
