@@ -36,12 +36,20 @@ def pooled_in_turn(ready: Ready, cross: CrossNoise) -> float:
 
 def handed_on(
     ready: Ready,
-    pooled_share: float,
+    share: float,
     drift: NDArray[np.float32] | None,
     rival_px: NDArray[np.float32],
     slope_px: NDArray[np.float32],
 ) -> Steady | None:
-    """What the next multi-view need not measure; None where the views have no common gains."""
+    """What the next multi-view need not measure; None where the views have no common gains.
+
+    Args:
+        ready: the views.
+        share: what `pooled_in_turn` says.
+        drift: what `broad_drift` says.
+        rival_px: (H, W) second slopes that explain the views as well, NaN for none.
+        slope_px: (H, W) slopes, also where they are no answer.
+    """
     if ready.gains is None:
         return None
     before, wide_share = ready.before, ready.wide_share
@@ -52,7 +60,7 @@ def handed_on(
         ready.cameras.y_steps,
         ready.gains,
         ready.grading,
-        pooled_share,
+        share,
         drift,
         rival_px,
         slope_px,

@@ -102,7 +102,8 @@ def prepare(
     warnings += mending.warnings(views.x_steps, views.y_steps)
     cameras = Cameras(views.x_steps, views.y_steps, views.reference)
     if strange.any():
-        effort = effort_of(cameras, window, wide_share(window, cameras))
+        is_known = wide_share(window, cameras) < FEW
+        effort = effort_of(cameras, window, is_known=is_known)
     cross = mending.noise or rough_noise
     if cross is None and effort is Effort.FOLLOWED:
         cross = CrossNoise()
@@ -140,7 +141,7 @@ def _of_these(
         steady = None
     else:
         few = max(FEW, steady.most_followed)
-    effort = effort_of(cameras, window, wide, few)
+    effort = effort_of(cameras, window, is_known=wide < few)
     return (steady if effort is Effort.FOLLOWED else None), wide, effort
 
 

@@ -71,14 +71,14 @@ class Steady:
         """Whether it belongs to views at these places."""
         return np.array_equal(self.x_steps, x_steps) and np.array_equal(self.y_steps, y_steps)
 
-    def is_due(self, what: Turn, wide_share: float) -> bool:
+    def is_due(self, what: Turn, share: float) -> bool:
         """Whether something is to be measured anew now.
 
         Args:
             what: the thing.
-            wide_share: share of the pixels that are unknown now.
+            share: of the pixels that are unknown now.
         """
-        return what is self.turn or (what is Turn.UNKNOWN and wide_share > _grown(self.wide_share))
+        return what is self.turn or (what is Turn.UNKNOWN and share > _grown(self.wide_share))
 
     @property
     def most_followed(self) -> float:

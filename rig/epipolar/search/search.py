@@ -52,16 +52,15 @@ class Effort(IntEnum):
     """All of it at full size."""
 
 
-def effort_of(cameras: Cameras, window: Window, share: float, few: float = FEW) -> Effort:
+def effort_of(cameras: Cameras, window: Window, *, is_known: bool) -> Effort:
     """How `search` is to look for the slopes of a window.
 
     Args:
         cameras: where the views stand.
         window: the slopes to search.
-        share: what `wide_share` says of it.
-        few: share below which what is around the hypothesis is enough.
+        is_known: whether what is around the hypothesis is enough: `wide_share` is low.
     """
-    if share < few:
+    if is_known:
         return Effort.FOLLOWED
     width_px = float(window.high_px.max()) - float(window.low_px.min())
     return Effort.COARSE if width_px > _COARSE_FROM_LABELS * cameras.step_px else Effort.FULL
@@ -103,7 +102,8 @@ def search(
     """
     wide = _is_wide(window, cameras)
     if effort is None:
-        effort = effort_of(cameras, window, np.count_nonzero(wide) / wide.size)
+        is_known = np.count_nonzero(wide) / wide.size < FEW
+        effort = effort_of(cameras, window, is_known=is_known)
     if effort is not Effort.FOLLOWED and is_one_sided(cameras):
         return search_pair(images, cameras, window, scales).only(wide, window.expected_px)
     match effort:
