@@ -1,8 +1,9 @@
-"""Print every number of README and docs: main job, board fit, rectification, dense slopes."""
+"""Print every number of README and docs: main job, board fit, rectification, dense slopes, live."""
 
 import numpy as np
 
 from benchmarks import board_fit, calibration, main_job, opening, rectification, start
+from benchmarks.live import __main__ as live
 from benchmarks.slopes import __main__ as slopes
 
 if __name__ == "__main__":
@@ -14,3 +15,4 @@ if __name__ == "__main__":
     rectification.main()
     np.seterr(invalid="ignore")
     slopes.main([])
+    live.main([])

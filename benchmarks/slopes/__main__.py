@@ -94,7 +94,8 @@ def live() -> None:
             for name in ways:
                 took = times[name]
                 print(f"{'':28} {name:16} wall {took.wall_ms:.0f} cpu {took.cpu_ms:.0f} ms")
-        prior = SlopePrior(slopes.slope_px, np.maximum(slopes.sigma_px, np.float32(0.2)))
+        sigma_px = np.maximum(slopes.sigma_px, np.float32(0.2))
+        prior = SlopePrior(slopes.slope_px, sigma_px, slopes.steady)
 
 
 def planes() -> None:

@@ -1,1 +1,1 @@
-"""Machine code: the door to numba, and kernels in bands on two threads."""
+"""Machine code: the door to numba, and kernels in bands on all cores that there are."""

@@ -1,34 +1,46 @@
-"""Runs a kernel over bands of rows (or labels, or columns) on two threads, the caller's among them.
+"""Runs a kernel over bands of rows (or labels, or columns) on all cores, the caller's thread first.
 
 Kernels release the interpreter lock, so plain threads do. Each index is computed by the same code
-whatever the split, which keeps results bit-identical; and, unlike numba's own thread pool, this one
-may be entered by several callers at once and costs no compile time.
+whatever the split, which keeps results bit-identical on any number of threads; and, unlike numba's
+own thread pool, this one may be entered by several callers at once and costs no compile time.
 """
 
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
+from functools import cache
 from itertools import pairwise
 from typing import TypeVar, cast
 
+from rig.compute.cores import threads
+
 Result = TypeVar("Result")
 
-THREADS = 2
 _here = threading.local()
-_pool = ThreadPoolExecutor(THREADS - 1, thread_name_prefix="slopes")
+
+
+@cache
+def _pool(others: int) -> ThreadPoolExecutor:
+    """The threads beside the caller's. They start when there is work, and wait for more."""
+    return ThreadPoolExecutor(others, thread_name_prefix="slopes")
 
 
 def run_in_bands(work: Callable[[int, int], None], count: int) -> None:
     """Call `work(start, stop)` for bands that cover `range(count)`, and wait for all.
 
-    Work that itself asks for bands gets one: both threads are busy, and would wait for each other.
+    There are as many bands as threads, but never an empty one. Work that itself asks for bands
+    gets one: all threads are busy, and would wait for each other.
+
+    Raises:
+        ConfigError: `RIG_THREADS` is no number of threads.
     """
-    if getattr(_here, "is_working", False):
+    bands = 1 if getattr(_here, "is_working", False) else min(threads(), count)
+    if bands <= 1:
         work(0, count)
         return
-    edges = [count * i // THREADS for i in range(THREADS + 1)]
-    first, *others = pairwise(edges)
-    futures = [_pool.submit(_work, work, *band) for band in others]
+    first, *others = pairwise(count * i // bands for i in range(bands + 1))
+    pool = _pool(threads() - 1)
+    futures = [pool.submit(_work, work, *band) for band in others]
     try:
         _work(work, *first)
     finally:
@@ -46,7 +58,7 @@ def _work(work: Callable[[int, int], None], start: int, stop: int) -> None:
 
 
 def run_side_by_side(*works: Callable[[], Result]) -> list[Result]:
-    """Call each, on two threads, and return what they returned in their order."""
+    """Call each, spread over the threads, and return what they returned in their order."""
     results: list[Result | None] = [None] * len(works)
 
     def work(start: int, stop: int) -> None:

@@ -51,10 +51,10 @@ def merge_channels(
         channel = cast("Image", np.ascontiguousarray(images[..., c]))
         equal = equalise(channel, cameras, first, None if light is None else light[c])
         model = noise_of(equal.images, grey_step, noise)
-        stable, scales = stabilise(
+        stable, grading = stabilise(
             equal.images, cameras.reference, model, is_told=noise is not None
         )
-        channels.append(stable / np.float32(scales.noise))
+        channels.append(stable / np.float32(grading.scales.noise))
         agreements.append(equal.agreement)
         found.append(equal.light)
     weights = _texture_axis([channel[cameras.reference] for channel in channels])

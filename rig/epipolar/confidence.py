@@ -5,10 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.arrays import Float
 from rig.compute.bands import run_in_bands, run_side_by_side
+from rig.compute.kernel import kernel
+from rig.epipolar.chessboard import doubled
 from rig.epipolar.line import MISFIT_LIMIT, UNSEEN, LineFits
 from rig.epipolar.plain import is_plain
-from rig.epipolar.rank import departure, mean
+from rig.epipolar.rank import departure
 from rig.epipolar.views import Label, SlopeMap
 
 Map = NDArray[np.float32]
@@ -22,6 +25,11 @@ _SIDE_RADIUS_PX, _SIDE_SHARE, _SIDE_LABELS = 2, np.float32(0.3), 0.7
 _EDGE_LABELS = 1.0
 """Slopes that end so near to the end of the range may lie beyond it."""
 _MANY_OUTSIDE = 0.02
+_AGAINST, _PLAIN, _UNSEEN = 1, 2, 4
+"""Doubts, as bits: the views contradict the slope; no texture; no other view shows the pixel."""
+_NONE, _NEARER, _BEYOND, _OCCLUSION = (
+    int(label) for label in (Label.NONE, Label.NEARER, Label.BEYOND, Label.OCCLUSION)
+)
 _MISLED = (
     "the views contradict the hypothesis in most places; nothing is sure in this multi-view, "
     "search the next one without it"
@@ -35,9 +43,7 @@ class Evidence:
     lines: LineFits
     """The fit of every pixel's own line."""
     variance: Map
-    """(H, W) of the stitched slopes, by noise."""
-    misfit: Map
-    """(H, W) scatter of the neighbours' lines over what their precision promises."""
+    """(H, W) of the stitched slopes, by noise or by the scatter of the neighbours' lines."""
     views: int
     """How many there are."""
     misfit_px: float
@@ -87,40 +93,170 @@ def judge(
     """
     lines, blind_px = evidence.lines, np.float32((range_px[1] - range_px[0]) / 12**0.5)
     start_px, miss = np.float32(evidence.start_px), np.float32(evidence.misfit_px**2)
-    kept, side_px, against, plain = run_side_by_side(
+    kept, jump_px, against, plain = run_side_by_side(
         lambda: _held_back(lines),
-        lambda: _other_side(slope_px, step_px),
-        lambda: contradicted(lines.misfit),
+        lambda: departure(slope_px, _SIDE_RADIUS_PX),
+        lambda: contradicted(lines),
         lambda: is_plain(lines, evidence.views),
     )
     if evidence.coarse_texture is not None:
         plain[evidence.coarse_texture] = 0
-    sigma, label = np.empty_like(slope_px), np.empty(slope_px.shape, np.uint8)
-    outside = _ends(slope_px, step_px, range_px)
-    slope = slope_px.copy()
+    left = np.square(start_px * kept) + miss
+    doubts = np.where(against > 0, np.uint8(_AGAINST), np.uint8(0))
+    doubts |= np.where(plain > 0, np.uint8(_PLAIN), np.uint8(0))
+    doubts |= np.where(lines.sight == UNSEEN, np.uint8(_UNSEEN), np.uint8(0))
+    if lines.is_thin:
+        left, doubts = doubled(left, slope_px.shape[1]), doubled(doubts, slope_px.shape[1])
+    drift_variance = evidence.drift_variance
+    if drift_variance is None:
+        drift_variance = np.empty((0, 0), np.float32)
+    slope, sigma = np.empty_like(slope_px), np.empty_like(slope_px)
+    label, at_ends = np.empty(slope_px.shape, np.uint8), np.zeros((len(slope_px), 2), np.int64)
+    near_px = min(_EDGE_LABELS * step_px, 0.1 * (range_px[1] - range_px[0]))
+    ends_px = np.float32(range_px[0] + near_px), np.float32(range_px[1] - near_px)
 
     def weigh(start: int, stop: int) -> None:
-        r = slice(start, stop)
-        total = np.maximum(evidence.misfit[r], np.float32(1)) * evidence.variance[r]
-        total += (start_px * kept[r]) ** 2 + side_px[r] ** 2 + miss
-        if evidence.drift_variance is not None:
-            total += evidence.drift_variance[r]
-        apart = evidence.rival_px[r] - slope[r]
-        total += np.where(np.isfinite(apart), apart * apart, np.float32(0))
-        np.minimum(np.sqrt(total), blind_px, out=sigma[r])
-        doubtful = (against[r] > 0) | evidence.beside_unshared[r] | evidence.is_misled
-        np.copyto(sigma[r], blind_px, where=doubtful)
-        label[r] = np.where(slope[r] > 0, np.uint8(Label.NEARER), np.uint8(Label.BEYOND))
-        label[r][evidence.hidden[r]] = Label.OCCLUSION
-        none = (
-            (plain[r] > 0) | (lines.sight[r] == UNSEEN) | (outside[r] != 0) | evidence.unshared[r]
-        )
-        for values, instead in ((label, Label.NONE), (slope, np.nan), (sigma, np.nan)):
-            values[r][none] = instead
+        _weigh(
+            slope_px, evidence.variance, left, jump_px, evidence.rival_px, drift_variance, doubts,
+            evidence.hidden, evidence.unshared, evidence.beside_unshared, np.float32(step_px),
+            *ends_px, blind_px, evidence.is_misled, start, stop, slope, sigma, label, at_ends,
+        )  # fmt: skip
 
     run_in_bands(weigh, len(sigma))
     said = (_MISLED,) if evidence.is_misled else ()
-    return SlopeMap(slope, sigma, label, warnings + said + _of_range(outside, plain, range_px))
+    said += _of_range(at_ends.sum(axis=0) / sigma.size, range_px)
+    return SlopeMap(slope, sigma, label, warnings + said)
+
+
+@kernel()
+def _weigh(
+    slope_px: NDArray[np.float32],
+    variance: NDArray[np.float32],
+    left: NDArray[np.float32],
+    jump_px: NDArray[np.float32],
+    rival_px: NDArray[np.float32],
+    drift_variance: NDArray[np.float32],
+    doubts: NDArray[np.uint8],
+    hidden: NDArray[np.bool_],
+    unshared: NDArray[np.bool_],
+    beside_unshared: NDArray[np.bool_],
+    step_px: np.float32,
+    low_end_px: np.float32,
+    high_end_px: np.float32,
+    blind_px: np.float32,
+    is_misled: bool,
+    start: int,
+    stop: int,
+    slope: NDArray[np.float32],
+    sigma: NDArray[np.float32],
+    label: NDArray[np.uint8],
+    at_ends: NDArray[np.int64],
+) -> None:
+    """Add what every doubt makes of the variance; take the answer where there is none.
+
+    A pixel near a jump may belong to the surface on its other side. A jump is a departure from the
+    plane that the surroundings lie on: slanted surfaces have none. That error is bounded by what a
+    hypothesis for the next frame may open: it ranks such pixels behind all others, and says too
+    little where the pixel really lies on the other side.
+    """
+    width = slope_px.shape[1]
+    total, known = np.empty(width, np.float32), np.empty(width, np.uint8)
+    for v in range(start, stop):
+        m, doubt, far, rival = slope_px[v], doubts[v], jump_px[v], rival_px[v]
+        _add_variances(m, variance[v], left[v], far, rival, step_px, total)
+        if drift_variance.shape[0] > 0:
+            total += drift_variance[v]
+        _know(m, doubt, unshared[v], low_end_px, high_end_px, known, at_ends[v])
+        _tell(m, total, doubt, beside_unshared[v], known, is_misled, blind_px, slope[v], sigma[v])
+        _name(m, hidden[v], known, label[v])
+
+
+# Loops of few arrays each: of more, the compiler does not ask whether any overlap, and gives up on
+# vectors.
+
+
+@kernel()
+def _add_variances(
+    slope_px: NDArray[np.float32],
+    variance: NDArray[np.float32],
+    left: NDArray[np.float32],
+    jump_px: NDArray[np.float32],
+    rival_px: NDArray[np.float32],
+    step_px: np.float32,
+    total: NDArray[np.float32],
+) -> None:
+    least_jump, largest = np.float32(1.5) * step_px, np.float32(_SIDE_LABELS) * step_px
+    zero, infinite = np.float32(0), np.float32(np.inf)
+    for u in range(len(total)):
+        total[u] = variance[u] + left[u]
+    for u in range(len(total)):
+        side = min(_SIDE_SHARE * jump_px[u], largest)
+        total[u] += side * side if jump_px[u] > least_jump else zero
+    for u in range(len(total)):
+        apart = rival_px[u] - slope_px[u]
+        total[u] += apart * apart if abs(apart) < infinite else zero
+
+
+@kernel()
+def _know(
+    slope_px: NDArray[np.float32],
+    doubts: NDArray[np.uint8],
+    unshared: NDArray[np.bool_],
+    low_end_px: np.float32,
+    high_end_px: np.float32,
+    known: NDArray[np.uint8],
+    at_ends: NDArray[np.int64],
+) -> None:
+    """Fill in 1 where there is an answer; count pixels with texture at the ends of the range."""
+    none = np.uint8(_PLAIN | _UNSEEN)
+    for u in range(len(known)):
+        inside = (slope_px[u] >= low_end_px) & (slope_px[u] <= high_end_px)
+        known[u] = inside & ((doubts[u] & none) == 0) & (not unshared[u])
+    low = high = np.int32(0)
+    for u in range(len(known)):
+        told = (doubts[u] & np.uint8(_PLAIN)) == 0
+        low += np.int32(1) if told & (slope_px[u] < low_end_px) else np.int32(0)
+        high += np.int32(1) if told & (slope_px[u] > high_end_px) else np.int32(0)
+    at_ends[0], at_ends[1] = low, high
+
+
+@kernel()
+def _tell(
+    slope_px: NDArray[np.float32],
+    total: NDArray[np.float32],
+    doubts: NDArray[np.uint8],
+    beside_unshared: NDArray[np.bool_],
+    known: NDArray[np.uint8],
+    is_misled: bool,
+    blind_px: np.float32,
+    slope: NDArray[np.float32],
+    sigma: NDArray[np.float32],
+) -> None:
+    """Fill in slope and sigma: of a blind guess at least in what is doubtful, NaN where unknown."""
+    nan, against = np.float32(np.nan), np.uint8(_AGAINST)
+    for u in range(len(total)):
+        total[u] = min(np.sqrt(total[u]), blind_px)
+    for u in range(len(total)):
+        is_doubtful = ((doubts[u] & against) != 0) | beside_unshared[u] | is_misled
+        total[u] = blind_px if is_doubtful else total[u]
+    for u in range(len(total)):
+        sigma[u] = total[u] if known[u] else nan
+    for u in range(len(total)):
+        slope[u] = slope_px[u] if known[u] else nan
+
+
+@kernel()
+def _name(
+    slope_px: NDArray[np.float32],
+    hidden: NDArray[np.bool_],
+    known: NDArray[np.uint8],
+    label: NDArray[np.uint8],
+) -> None:
+    """Fill in the labels."""
+    for u in range(len(label)):
+        side = np.uint8(_NEARER) if slope_px[u] > np.float32(0) else np.uint8(_BEYOND)
+        seen = np.uint8(_OCCLUSION) if hidden[u] else side
+        label[u] = seen if known[u] else np.uint8(_NONE)
 
 
 def _held_back(lines: LineFits) -> Map:
@@ -128,56 +264,38 @@ def _held_back(lines: LineFits) -> Map:
 
     Grey noise makes lines look steeper than they are, so that each step is too short.
     """
-    signal, all_of_it = (mean(m, _HOLD_RADIUS_PX) for m in (lines.signal, lines.information))
+    signal, all_of_it = (
+        lines.around(m, _HOLD_RADIUS_PX) for m in (lines.signal, lines.information)
+    )
     share = signal / np.maximum(all_of_it, np.float32(1e-12))
     return np.float32(1) - np.minimum(np.maximum(share, np.float32(0)), np.float32(1))
 
 
-def _other_side(slope_px: Map, step_px: float) -> Map:
-    """Error of a pixel near a jump that may belong to the surface on its other side, (H, W).
-
-    A jump is a departure from the plane that the surroundings lie on: slanted surfaces have none.
-    Bounded by what a hypothesis for the next frame may open: it ranks such pixels behind all
-    others, and says too little where the pixel really lies on the other side.
-    """
-    jump = departure(slope_px, _SIDE_RADIUS_PX)
-    error = np.minimum(_SIDE_SHARE * jump, np.float32(_SIDE_LABELS * step_px))
-    return np.where(jump > np.float32(1.5 * step_px), error, np.float32(0))
-
-
-def contradicted(misfit: Map) -> Map:
-    """1 where the views do not agree with the slope, else 0, (H, W).
+def contradicted(lines: LineFits) -> Map:
+    """1 where the views do not agree with the slope, else 0.
 
     Args:
-        misfit: (H, W) as `LineFits` has it.
+        lines: the fit of every pixel's own line.
 
     Returns:
-        (H, W). Where half of a region is contradicted, the rest of it agrees by chance.
+        A map as theirs. Where half of a region is contradicted, the rest of it agrees by chance.
     """
-    spot = mean(misfit, _SPOT_RADIUS_PX) > np.float32(_CONTRADICTION)
-    region = mean(spot.astype(np.float32), _REGION_RADIUS_PX) > _REGION_SHARE
+    spot = lines.around(lines.misfit, _SPOT_RADIUS_PX) > np.float32(_CONTRADICTION)
+    region = lines.around(spot.astype(np.float32), _REGION_RADIUS_PX) > _REGION_SHARE
     return (spot | region).astype(np.float32)
 
 
-def _ends(slope_px: Map, step_px: float, range_px: tuple[float, float]) -> NDArray[np.int8]:
-    """-1 at the low end of the range, 1 at the high one, (H, W)."""
-    near = np.float32(min(_EDGE_LABELS * step_px, 0.1 * (range_px[1] - range_px[0])))
-    ends = (slope_px > range_px[1] - near).astype(np.int8)
-    ends -= (slope_px < range_px[0] + near).astype(np.int8)
-    return ends
+def _of_range(shares: Float, range_px: tuple[float, float]) -> tuple[str, ...]:
+    """Say which share of the pixels lies at either end of the range, where it is more than chance.
 
-
-def _of_range(
-    outside: NDArray[np.int8], plain: Map, range_px: tuple[float, float]
-) -> tuple[str, ...]:
-    """Say which share of the pixels lies at an end of the range, where that is more than chance."""
-    said: list[str] = []
-    for end, name in ((-1, "far"), (1, "near")):
-        share = np.count_nonzero((outside == end) & (plain == 0)) / outside.size
-        if share > _MANY_OUTSIDE:
-            said.append(
-                f"{100 * share:.0f} % of the pixels are at the {name} end of the searched slopes "
-                f"[{range_px[0]:g}, {range_px[1]:g}] px per view step and get no answer; widen "
-                "slopes.range_px or range_mm"
-            )
-    return tuple(said)
+    Args:
+        shares: (2,) of all pixels, at the low end and at the high one.
+        range_px: slopes that were searched.
+    """
+    return tuple(
+        f"{100 * share:.0f} % of the pixels are at the {name} end of the searched slopes "
+        f"[{range_px[0]:g}, {range_px[1]:g}] px per view step and get no answer; widen "
+        "slopes.range_px or range_mm"
+        for name, share in zip(("far", "near"), shares.tolist(), strict=True)
+        if share > _MANY_OUTSIDE
+    )

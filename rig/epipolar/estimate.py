@@ -1,16 +1,17 @@
 """The dense slope estimator: from rectified views to slope, sigma and label of every pixel."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.epipolar.chessboard import doubled, thinned
 from rig.epipolar.confidence import Evidence, contradicted, judge
 from rig.epipolar.contest import contested
-from rig.epipolar.drift import coarse_drift, local_drift, variance_of_slopes
-from rig.epipolar.line import LineFits, fit_lines
+from rig.epipolar.drift import local_drift, variance_of_slopes
+from rig.epipolar.in_turn import broad_drift, handed_on, known_rivals, pooled_in_turn
+from rig.epipolar.line import LineFits
 from rig.epipolar.median import guided_median, near_jumps
-from rig.epipolar.noise.local import line_precision, locking, pooled_share, reply_share
 from rig.epipolar.noise.model import CrossNoise, NoiseModel
 from rig.epipolar.occlusion import hidden_points
 from rig.epipolar.placement.fit import find_placement
@@ -18,25 +19,24 @@ from rig.epipolar.placement.placement import Placement, on_their_lines
 from rig.epipolar.plain import has_coarse_texture
 from rig.epipolar.prepare import Ready, closer_noise, prepare
 from rig.epipolar.rank import highest
+from rig.epipolar.refine import FAR, NEAR, refine
 from rig.epipolar.sampling import pad
-from rig.epipolar.scales import Scales
 from rig.epipolar.search.cross_check import is_one_sided
 from rig.epipolar.search.pair import LABELS_PX, PAIR_ERROR_PX
 from rig.epipolar.search.search import Effort, search
 from rig.epipolar.search.sides import choose_sides
 from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras, Window, window_of
-from rig.epipolar.stitch import behind_jumps, stitch
+from rig.epipolar.steady import Steady
 from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
 
-Stitched = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
-"""Slope, its variance, and how far its neighbours scatter beyond theirs; all (H, W)."""
+_FEWEST_THIN = 3
+"""Views from which on every second pixel of a followed frame will do."""
 
 _MEDIAN_RADIUS_PX = 4
 _MEDIAN_ROUNDS = {Effort.FOLLOWED: 1, Effort.COARSE: 1, Effort.FULL: 2}
 """One where the edges have been settled before: in the last frame, at half size."""
 _JUMP_LABELS = 3.0
 """A pixel whose window is narrower than this cannot change to the other side of a jump."""
-_STITCH_RADIUS_PX, _STITCH_STRIDE_PX = 6, 2
 _MUCH_LESS = 0.8
 """Noise at the slopes found over that of the first match, from which the first match was wrong."""
 _START_LABELS = 0.15
@@ -45,20 +45,6 @@ _FROM_ROWS = 0.5
 """Error along a line over that across it: slanted edges turn one into the other."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Found:
-    """What slopes are like that come straight from a search."""
-
-    error_px: float
-    """As a shift in the outermost view, 1 sigma."""
-    mended: float
-    """How much of it the line fit mends: the power of the reply by which steps are made longer. At
-    1 nothing is left, and the noise of the lines grows most."""
-
-
-_NEAR = _Found(0.25 * LABEL_SHIFT_PX, mended=0.5)
-_FAR = _Found(0.5 * LABEL_SHIFT_PX, mended=1.0)
-"""At full size and at half size."""
 _KNOWN_LABELS, _SURPRISE = 8.0, 0.5
 """Width of a window that a hypothesis is sure of; and share of such pixels that the views must
 contradict for it to be wrong altogether."""
@@ -99,7 +85,8 @@ def estimate_slopes(
             no view but the reference can be used.
     """
     window = window_of(views.shape, slope_range_px, prior)
-    return _estimate(views, window, slope_range_px, noise, None, trust_places=trust_places)
+    steady = None if prior is None else prior.steady
+    return _estimate(views, window, slope_range_px, noise, None, steady, trust_places=trust_places)
 
 
 def _estimate(
@@ -108,6 +95,7 @@ def _estimate(
     slope_range_px: tuple[float, float],
     noise: NoiseModel | None,
     rough_noise: CrossNoise | None,
+    steady: Steady | None,
     *,
     trust_places: bool,
 ) -> SlopeMap:
@@ -122,18 +110,21 @@ def _estimate(
         slope_range_px: lowest and highest of them.
         noise: as told.
         rough_noise: what the views differ by; None to measure it at the first match.
+        steady: what the last multi-view told beside its slopes; None to measure it.
         trust_places: whether the views are where they are told to be.
     """
-    ready = prepare(views, window, noise, rough_noise)
+    ready = prepare(views, window, noise, rough_noise, steady)
     cameras, scales, mending = ready.cameras, ready.scales, ready.mending
     images, splines, grey = ready.images, ready.splines, ready.images[ready.cameras.reference]
-    drift = coarse_drift(images, cameras, window, ready.first)
-    found = search(images, cameras, window, scales, splines, drift)
+    broad = drift = broad_drift(ready, window)
+    found = search(
+        images, cameras, window, scales, splines, drift, known_rivals(ready), ready.effort
+    )
     movable = window.is_wider(_JUMP_LABELS * cameras.step_px)
     edged = window.hold(_settle_edges(window.hold(found.slope_px), movable, ready))
     if ready.effort is Effort.COARSE or ready.is_one_sided:
         nowhere = np.zeros(images.shape, np.bool_)
-        _, (joined, _, _) = _refine(images, splines, edged, nowhere, cameras, scales, drift, _FAR)
+        _, (joined, _) = refine(images, splines, edged, nowhere, cameras, scales, drift, FAR)
         first_slope = window.hold(_within_reach(edged, joined, ready))
     else:
         first_slope = edged
@@ -142,7 +133,9 @@ def _estimate(
         was_wrong = closer.ratio < _MUCH_LESS * ready.noise.excess
         if rough_noise is None and ready.noise.excess > 1 and was_wrong:
             own = CrossNoise()  # what single pictures tell
-            return _estimate(views, window, slope_range_px, noise, own, trust_places=trust_places)
+            return _estimate(
+                views, window, slope_range_px, noise, own, None, trust_places=trust_places
+            )
         mending = replace(mending, noise=closer)
     cross = mending.noise or CrossNoise()
     scales = replace(scales, misfit_px=cross.misfit_px)
@@ -151,12 +144,16 @@ def _estimate(
         told = local_drift(images, splines, first_slope, drift, cameras, scales)
         drift, drift_variance = (None, None) if told is None else told
     sided = window.hold(choose_sides(splines, grey, first_slope, movable, cameras, scales, drift))
+    is_thin = ready.before is not None and len(images) >= _FEWEST_THIN
     covered, hidden = hidden_points(
-        sided, cameras.x_steps, cameras.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px
-    )
-    start = _NEAR if ready.effort is Effort.FULL else None
-    lines, (stitched, variance, misfit) = _refine(
-        images, splines, sided, covered, cameras, scales, drift, start
+        sided, cameras.x_steps, cameras.y_steps, _COVERED_LABELS * cameras.step_px, scales.blur_px,
+        is_thin=is_thin,
+    )  # fmt: skip
+    if is_thin:
+        hidden = doubled(hidden, grey.shape[1])
+    start = NEAR if ready.effort is Effort.FULL else None
+    lines, (stitched, variance) = refine(
+        images, splines, sided, covered, cameras, scales, drift, start, is_thin=is_thin
     )
     slope = window.hold(_within_reach(sided, stitched, ready))
     warnings, placement = ready.warnings, None
@@ -169,13 +166,14 @@ def _estimate(
         placed = on_their_lines(images, placement.beside_px)
         placed_cameras = _moved(cameras, placement)
         placed_splines = pad(placed, placed_cameras.x_steps, placed_cameras.y_steps)
-        lines, (stitched, variance, misfit) = _refine(
+        lines, (stitched, variance) = refine(
             placed, placed_splines, slope, covered, placed_cameras, scales, drift
         )
         slope = window.hold(stitched)
     else:
         placement, placed_cameras, placed_splines = None, cameras, splines
-    variance *= np.float32(pooled_share(grey, scales, _STITCH_STRIDE_PX, cross.likeness))
+    pooled = pooled_in_turn(ready, cross)
+    variance *= np.float32(pooled)
     rival_px = found.rival_px
     holds_out = contested(placed_splines, slope, rival_px, placed_cameras, scales, grey, drift)
     rival_px[~holds_out] = np.nan
@@ -193,7 +191,6 @@ def _estimate(
     evidence = Evidence(
         lines=lines,
         variance=variance,
-        misfit=misfit,
         views=len(images),
         misfit_px=misfit_px * per_shift,
         hidden=hidden,
@@ -209,7 +206,12 @@ def _estimate(
     judged = _with_doubt_of(places, judged, slope_range_px[1] - slope_range_px[0])
     # Around a hypothesis nothing is looked for: what is not known then is not known to be right.
     is_looked_for = views.mending is not None or ready.effort is not Effort.FOLLOWED
-    return replace(judged, placement=placement, mending=mending if is_looked_for else None)
+    return replace(
+        judged,
+        placement=placement,
+        mending=mending if is_looked_for else None,
+        steady=handed_on(ready, pooled, broad, rival_px, slope),
+    )
 
 
 def _within_reach(
@@ -247,7 +249,9 @@ def _is_misled(lines: LineFits, window: Window, cameras: Cameras) -> bool:
     frame.
     """
     known = ~window.is_wider(_KNOWN_LABELS * cameras.step_px)
-    against = contradicted(lines.misfit) > 0
+    if lines.is_thin:
+        known = thinned(known)
+    against = contradicted(lines) > 0
     return bool(np.count_nonzero(against & known) > _SURPRISE * max(np.count_nonzero(known), 1))
 
 
@@ -278,65 +282,3 @@ def _settle_edges(
             grey_scale=1.4 * ready.scales.likeness,
         )
     return slope_px
-
-
-def _refine(
-    images: NDArray[np.float32],
-    splines: NDArray[np.float32],
-    slope_px: NDArray[np.float32],
-    covered: NDArray[np.bool_],
-    cameras: Cameras,
-    scales: Scales,
-    drift: NDArray[np.float32] | None,
-    found: _Found | None = None,
-) -> tuple[LineFits, Stitched]:
-    """Move every pixel's line one step towards its optimum, and join the optima of neighbours.
-
-    A step falls short of the optimum, which does no harm where the start is as good as the line.
-    The error of a search follows the fraction of a pixel and the nearer surfaces around: where the
-    start comes from one, steps are made longer.
-
-    Args:
-        images: (V, H, W) equalised grey values.
-        splines: what `rig.epipolar.sampling.pad` makes of them.
-        slope_px: (H, W) start, px per view step.
-        covered: (V, H, W) whether a view shows a nearer surface in the place of the point.
-        cameras: where the views stand.
-        scales: grey scales of the images.
-        drift: (2, H, W) light that changes with the view; None for none.
-        found: the search that the start comes from; None if it comes from lines already.
-    """
-    if found is not None:
-        scales = replace(scales, start_error_px=found.error_px)
-    lines = fit_lines(
-        images, cameras.x_steps, cameras.y_steps, cameras.reference, slope_px, covered,
-        scales.doubt, scales.derivative_variance, locking(scales), cameras.step_px, splines,
-        drift,
-    )  # fmt: skip
-    if found is not None:
-        longer = np.float32(1.0 / reply_share(lines, scales) ** found.mended)
-        lines = replace(lines, slope_px=slope_px + longer * (lines.slope_px - slope_px))
-    return lines, _stitch(slope_px, lines, images[cameras.reference], cameras, scales)
-
-
-def _stitch(
-    slope_px: NDArray[np.float32],
-    lines: LineFits,
-    grey: NDArray[np.float32],
-    cameras: Cameras,
-    scales: Scales,
-) -> Stitched:
-    """Join neighbours whose slopes differ by no more than the lines themselves are uncertain."""
-    information = line_precision(lines, scales)
-    line_sigma_px = 1.0 / max(float(np.median(information[::4, ::4])), 1e-12) ** 0.5
-    step_px = cameras.step_px
-    return stitch(
-        slope_px,
-        lines.slope_px,
-        behind_jumps(slope_px, information, 2.0 * step_px),
-        grey,
-        radius_px=_STITCH_RADIUS_PX,
-        stride_px=_STITCH_STRIDE_PX,
-        slope_gate_px=max(1.5 * step_px, min(7.5 * line_sigma_px, 6.0 * step_px)),
-        grey_gate=scales.likeness,
-    )

@@ -15,9 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.compute.bands import run_in_bands
+from rig.compute.bands import run_in_bands, run_side_by_side
 from rig.compute.kernel import kernel
+from rig.epipolar.chessboard import mean_around, thinned
 from rig.epipolar.drift_fit import drift_of_all, light_of
+from rig.epipolar.rank import mean
 from rig.epipolar.sampling import pad, sample_points
 from rig.epipolar.search.halves import ABOVE, BELOW, HALVES, LEFT, RIGHT, assign_halves
 
@@ -38,7 +40,10 @@ SEEN, HALF_HIDDEN, UNSEEN = 0, 1, 2
 
 @dataclass(frozen=True, slots=True)
 class LineFits:
-    """The optimum of every pixel's own epipolar line."""
+    """The optimum of every pixel's own epipolar line, or of every second one's.
+
+    Maps are (H, W), or thin ones (`rig.epipolar.chessboard`).
+    """
 
     slope_px: NDArray[np.float32]
     """(H, W)."""
@@ -55,6 +60,12 @@ class LineFits:
     """(H, W) what the scatter would be if every view's grey noise had a variance of 1."""
     sight: NDArray[np.uint8]
     """(H, W) `SEEN`, `HALF_HIDDEN` or `UNSEEN`."""
+    is_thin: bool = False
+    """Whether these are thin maps."""
+
+    def around(self, values: NDArray[np.float32], radius_px: int) -> NDArray[np.float32]:
+        """Mean of one of these maps over a square window of the picture."""
+        return mean_around(values, radius_px) if self.is_thin else mean(values, radius_px)
 
 
 def fit_lines(
@@ -70,6 +81,8 @@ def fit_lines(
     reach_px: float,
     splines: NDArray[np.float32] | None = None,
     drift: NDArray[np.float32] | None = None,
+    *,
+    is_thin: bool = False,
 ) -> LineFits:
     """Improve every pixel's slope by one step.
 
@@ -79,7 +92,8 @@ def fit_lines(
         y_steps: (V,) view rows, view steps.
         reference: index of the reference view.
         slope_px: (H, W) start, px per view step.
-        covered: (V, H, W) whether a view shows a nearer surface in the place of the point.
+        covered: (V, H, W) whether a view shows a nearer surface in the place of the point; for
+            every second pixel thin maps.
         scale: grey difference beyond which a view is doubted (Cauchy scale).
         derivative_variance: variance that noise alone gives the derivative of the grey value by
             the position, (grey / px)^2.
@@ -87,7 +101,13 @@ def fit_lines(
         reach_px: largest step that the linearisation can be trusted for, px per view step.
         splines: what `rig.epipolar.sampling.pad` makes of the images, if there already.
         drift: (2, H, W) light that changes with the view, see `rig.epipolar.drift`; None for none.
+        is_thin: whether every second pixel will do.
     """
+    grey, wide = images[reference], slope_px.shape[1]
+    if is_thin:
+        start_px, centre = slope_px, grey
+        slope_px, grey = run_side_by_side(lambda: thinned(start_px), lambda: thinned(centre))
+        drift = None if drift is None else np.stack([thinned(axis) for axis in drift])
     height, width = slope_px.shape
     padded = pad(images, x_steps, y_steps) if splines is None else splines
     half = assign_halves(x_steps, y_steps)
@@ -98,18 +118,19 @@ def fit_lines(
 
     def work(start: int, stop: int) -> None:
         _fit_lines(
-            padded, images[reference], xs, ys, half, slope_px, covered, np.float32(1 / scale),
+            padded, wide, grey, xs, ys, half, slope_px, covered, np.float32(1 / scale),
             np.float32(derivative_variance), drawn, np.float32(reach_px), light, start, stop,
             maps, sight,
         )  # fmt: skip
 
     run_in_bands(work, height)
-    return LineFits(*maps, sight=sight)
+    return LineFits(*maps, sight=sight, is_thin=is_thin)
 
 
 @kernel()
 def _fit_lines(
     padded: NDArray[np.float32],
+    wide: int,
     centre: NDArray[np.float32],
     x_steps: NDArray[np.float32],
     y_steps: NDArray[np.float32],
@@ -133,7 +154,8 @@ def _fit_lines(
     g = j = 0. Fills `maps` (6, H, W) and `sight` (H, W).
 
     The first axis of every working array is a view, a half or a sum, the last a pixel of the row:
-    the inner loops then run over neighbours, and vectorise.
+    the inner loops then run over neighbours, and vectorise. Pictures are `wide` px; maps that are
+    not are thin ones.
     """
     height, width = start_slope.shape
     views = len(padded)
@@ -143,19 +165,20 @@ def _fit_lines(
         np.empty((views, width), np.float32),
     )
     columns, here = np.empty(width, np.float32), np.empty(width, np.float32)
-    for u in range(width):
-        columns[u] = np.float32(u)
+    stride = np.int64(1 if width == wide else 2)
     poor, members = np.empty((HALVES, width), np.float32), np.empty((HALVES, width), np.float32)
     sums = np.empty((_SUMS, width), np.float32)
     lock, lit = np.empty(width, np.float32), np.empty(width, np.float32)
     for v in range(start, stop):
         here[:] = np.float32(v)
+        for u in range(width):
+            columns[u] = np.float32(min(u * stride + (stride - 1) * (v % 2), wide - 1))
         poor[:] = np.float32(0)
         members[:] = np.float32(0)
         for i in range(views):
             if half[i] >= 0:
                 sample_points(
-                    padded[i], height, width, columns, here, start_slope[v], x_steps[i],
+                    padded[i], height, wide, columns, here, start_slope[v], x_steps[i],
                     y_steps[i], grey[i], tilt[i], seen[i],
                 )  # fmt: skip
                 _doubt(covered[i, v], seen[i])

@@ -22,13 +22,13 @@ _SHRINK = 2
 
 
 def is_plain(lines: LineFits, views: int) -> Map:
-    """1 where the texture of a patch is no more than noise alone pretends, else 0, (H, W).
+    """1 where the texture of a patch is no more than noise alone pretends, else 0, as the lines.
 
     Args:
         lines: the fit of every pixel's own line.
         views: how many there are.
     """
-    signal, every = (mean(m, _RADIUS_PX) for m in (lines.signal, lines.information))
+    signal, every = (lines.around(m, _RADIUS_PX) for m in (lines.signal, lines.information))
     least = _least_share((2 * _RADIUS_PX + 1) ** 2 * max(views - 1, 1))
     return (signal < np.float32(least) * every).astype(np.float32)
 

@@ -9,17 +9,18 @@ from numpy.typing import NDArray
 from rig.compute.bands import run_in_bands
 from rig.epipolar.mending.first_match import FirstMatch
 from rig.epipolar.mending.fitting import fit_together
+from rig.epipolar.mending.gains import Gains
 from rig.epipolar.mending.mending import Mending
 from rig.epipolar.mending.usable import keep, seen_views, strange_views
 from rig.epipolar.noise.cross import measure_cross_noise
 from rig.epipolar.noise.model import CrossNoise, NoiseModel
 from rig.epipolar.placement.placement import on_their_lines
 from rig.epipolar.sampling import pad
-from rig.epipolar.scales import Scales, noise_of, stabilise
+from rig.epipolar.scales import Grading, Scales, noise_of, stabilise
 from rig.epipolar.search.cross_check import is_one_sided
-from rig.epipolar.search.search import Effort, effort_of
-from rig.epipolar.search.shrink import grow
+from rig.epipolar.search.search import FEW, Effort, effort_of, wide_share
 from rig.epipolar.search.window import Cameras, Window
+from rig.epipolar.steady import Steady, Turn
 from rig.epipolar.views import RectifiedViews
 
 
@@ -45,8 +46,20 @@ class Ready:
     """The match that tells which pixels show the same."""
     effort: Effort
     """How slopes will be searched."""
+    gains: Gains | None
+    """Gain and offset of every view; None in colour, and where a view was left out by them."""
+    grading: Grading
+    """Where `scales` come from."""
+    before: Steady | None
+    """What the last multi-view told, where it belongs to these views and they are followed."""
+    wide_share: float
+    """Share of the pixels that the hypothesis does not know."""
     warnings: tuple[str, ...]
     """What is to be said of the views."""
+
+    def is_due(self, what: Turn) -> bool:
+        """Whether something is to be measured and not taken from the last multi-view."""
+        return self.before is None or self.before.is_due(what, self.wide_share)
 
     @property
     def is_one_sided(self) -> bool:
@@ -59,6 +72,7 @@ def prepare(
     window: Window,
     noise: NoiseModel | None,
     rough_noise: CrossNoise | None,
+    steady: Steady | None = None,
 ) -> Ready:
     """Leave out what shows nothing, make the rest fit, and measure its noise.
 
@@ -67,6 +81,7 @@ def prepare(
         window: the slopes to search.
         noise: noise of the grey values as told; None for that of the views, or what they show.
         rough_noise: what the views differ by; None to measure it at the first match.
+        steady: what the last multi-view told that hardly changes; None for nothing.
 
     Raises:
         SlopeError: an image is not finite, or no view but the reference can be used.
@@ -74,7 +89,9 @@ def prepare(
     views, warnings = seen_views(views)
     known = noise or views.noise
     grey_step = 0.0 if views.images.dtype == np.float32 else 1.0
-    fitted = fit_together(views, window, grey_step, known)
+    steady, wide, effort = _of_these(steady, views, window)
+    gains = None if steady is None or steady.is_due(Turn.GAINS, wide) else steady.gains
+    fitted = fit_together(views, window, grey_step, known, gains)
     if views.is_colour:
         known, grey_step = None, 0.0
     images, mending = fitted.images, fitted.mending
@@ -84,26 +101,48 @@ def prepare(
         mending = mending.kept(~strange)
     warnings += mending.warnings(views.x_steps, views.y_steps)
     cameras = Cameras(views.x_steps, views.y_steps, views.reference)
-    effort, model = effort_of(cameras, window), noise_of(images, grey_step, known)
+    if strange.any():
+        is_known = wide_share(window, cameras) < FEW
+        effort = effort_of(cameras, window, is_known=is_known)
     cross = mending.noise or rough_noise
     if cross is None and effort is Effort.FOLLOWED:
         cross = CrossNoise()
-    elif cross is None:
-        rough_px = np.float32(fitted.first.factor) * grow(
-            fitted.first.slope_px, fitted.first.factor, views.shape
-        )
-        cross = measure_cross_noise(images, cameras, rough_px, model)
-    images, scales = stabilise(
-        images, views.reference, model.raised(cross.excess), is_told=known is not None
-    )
-    scales = replace(scales, misfit_px=cross.misfit_px, is_alike=cross.excess > 1)
+    if steady is None or steady.is_due(Turn.NOISE, wide):
+        model = noise_of(images, grey_step, known)
+        if cross is None:
+            cross = measure_cross_noise(images, cameras, fitted.rough_slope_px, model)
+        model = model.raised(cross.excess)
+        images, grading = stabilise(images, views.reference, model, is_told=known is not None)
+    else:
+        cross, grading = cross or CrossNoise(), steady.grading
+        images = grading.of(images)
+    scales = replace(grading.scales, misfit_px=cross.misfit_px, is_alike=cross.excess > 1)
     if views.beside_px is not None:
         images = on_their_lines(images, views.beside_px)
     smooth = _smoothed(images, scales.prefilter_px)
     splines = pad(smooth, cameras.x_steps, cameras.y_steps)
     return Ready(
-        smooth, images, splines, cameras, scales, cross, mending, fitted.first, effort, warnings
-    )
+        smooth, images, splines, cameras, scales, cross, mending, fitted.first, effort,
+        None if strange.any() else fitted.gains, grading, steady, wide, warnings,
+    )  # fmt: skip
+
+
+def _of_these(
+    steady: Steady | None, views: RectifiedViews, window: Window
+) -> tuple[Steady | None, float, Effort]:
+    """What the last multi-view told, if it belongs to these views and they are followed.
+
+    Also the share of the unknown, and how slopes are to be searched. What was unknown before, and
+    was searched then, is no reason to search everything.
+    """
+    cameras = Cameras(views.x_steps, views.y_steps, views.reference)
+    wide, few = wide_share(window, cameras), FEW
+    if views.is_colour or steady is None or not steady.is_of(views.x_steps, views.y_steps):
+        steady = None
+    else:
+        few = max(FEW, steady.most_followed)
+    effort = effort_of(cameras, window, is_known=wide < few)
+    return (steady if effort is Effort.FOLLOWED else None), wide, effort
 
 
 def closer_noise(ready: Ready, slope_px: NDArray[np.float32]) -> CrossNoise:

@@ -133,6 +133,19 @@ class Scales:
         return gauss / gauss.sum()
 
 
+@dataclass(frozen=True, slots=True)
+class Grading:
+    """How grey values are brought to one noise, and what they are like then."""
+
+    stabiliser: NoiseModel | None
+    """Noise that grows with light, which is taken out; None where grey values stay as they are."""
+    scales: Scales
+
+    def of(self, images: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Bring grey values (V, H, W) to that noise."""
+        return images if self.stabiliser is None else self.stabiliser.stabilised(images)
+
+
 def measure_scales(
     images: NDArray[np.float32], reference: int, least_noise_levels: float = 0.0
 ) -> Scales:
@@ -161,7 +174,7 @@ def noise_of(images: NDArray[np.float32], grey_step: float, known: NoiseModel | 
 
 def stabilise(
     images: NDArray[np.float32], reference: int, model: NoiseModel, *, is_told: bool
-) -> tuple[NDArray[np.float32], Scales]:
+) -> tuple[NDArray[np.float32], Grading]:
     """Bring images (V, H, W) to a scale where all pixels have one noise; measure texture.
 
     Where dark and bright pixels have nearly the same noise, the grey values stay as they are.
@@ -175,12 +188,13 @@ def stabilise(
     sample = images[reference, ::8, ::8].ravel()
     dark, middle, bright = (quantile(sample, share) for share in (0.05, 0.5, 0.95))
     if model.is_white(dark, bright):
-        least = model.sigma_levels(middle)
+        stabiliser, least = None, model.sigma_levels(middle)
     else:
-        images, least = model.stabilised(images), 1.0
-    if not is_told:
-        return images, _scales_of(images[reference], least)
-    return images, measure_scales(images, reference, least)
+        stabiliser, least = model, 1.0
+        images = model.stabilised(images)
+    if is_told:
+        return images, Grading(stabiliser, measure_scales(images, reference, least))
+    return images, Grading(stabiliser, _scales_of(images[reference], least))
 
 
 def _some(images: NDArray[np.float32]) -> list[NDArray[np.float32]]:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from rig.compute.bands import run_in_bands
 from rig.compute.kernel import kernel
-from rig.epipolar.rank import highest
 
 _BLOCK = 128
 """Pixels of a row that are summed at a time."""
@@ -27,18 +26,27 @@ _BEHIND_SHARE = np.float32(0.02)
 
 
 def behind_jumps(
-    slope_px: NDArray[np.float32], information: NDArray[np.float32], jump_px: float
+    slope_px: NDArray[np.float32],
+    nearest_px: NDArray[np.float32],
+    information: NDArray[np.float32],
+    jump_px: float,
 ) -> NDArray[np.float32]:
     """Take away most of the information of pixels that touch a nearer surface, (H, W).
 
     The grey edge of the nearer surface moves with that surface, but its blur reaches into the
     first pixel of the farther one and would tell that pixel the wrong slope with much confidence.
+
+    Args:
+        slope_px: (H, W).
+        nearest_px: (H, W) largest slope of each pixel and those around it.
+        information: (H, W) precision of each pixel's line.
+        jump_px: difference of slope from which another surface is nearer, px per view step.
     """
-    nearest, left = highest(slope_px, 1), np.empty_like(information)
+    left = np.empty_like(information)
 
     def work(start: int, stop: int) -> None:
         r = slice(start, stop)
-        behind = nearest[r] > slope_px[r] + np.float32(jump_px)
+        behind = nearest_px[r] > slope_px[r] + np.float32(jump_px)
         left[r] = np.where(behind, _BEHIND_SHARE * information[r], information[r])
 
     run_in_bands(work, len(left))
@@ -55,8 +63,11 @@ def stitch(
     stride_px: int,
     slope_gate_px: float,
     grey_gate: float,
+    is_thin: bool = False,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    """Fit a local plane of slope around every pixel.
+    """Fit a local plane of slope around every pixel, or every second one.
+
+    Maps are (H, W), or thin ones (`rig.epipolar.chessboard`), which need an even stride.
 
     Args:
         slope_px: (H, W) slope so far: what neighbours must agree with.
@@ -67,6 +78,7 @@ def stitch(
         stride_px: 1 to take every pixel of it, 2 for every second one (a chess-board), and so on.
         slope_gate_px: difference of slope from which a neighbour does not count (Tukey biweight).
         grey_gate: difference of grey value at which a neighbour counts a quarter.
+        is_thin: whether these are thin maps.
 
     Returns:
         Slope (H, W); its variance (H, W), infinite where no neighbour knows anything; and the
@@ -76,7 +88,7 @@ def stitch(
     slope, variance, misfit = (np.empty((height, width), np.float32) for _ in range(3))
     dy, dx = np.mgrid[0 : radius_px + 1, 1 : radius_px + 1]
     taken = (dy**2 + dx**2 <= (radius_px + 0.5) ** 2) & ((dy + dx) % stride_px == 0)
-    quarter = np.stack([dy[taken], dx[taken]], axis=1)
+    quarter = np.stack([dy[taken], dx[taken]], axis=1).astype(np.float32)
     # In units of their gates, slopes and grey values need no more scaling.
     slope_unit, grey_unit = np.float32(slope_gate_px), np.float32(grey_gate)
     maps = (
@@ -84,6 +96,7 @@ def stitch(
         (information, np.float32(1)),
     )  # fmt: skip
     stride = width + 2 * radius_px
+    steps = _steps(dy[taken], dx[taken], stride, is_thin=is_thin)
     framed = np.empty((len(maps), height + 2 * radius_px, stride), np.float32)
 
     def frame(first: int, last: int) -> None:
@@ -94,8 +107,8 @@ def stitch(
 
     def work(first: int, last: int) -> None:
         _stitch(
-            framed.reshape(len(maps), -1), stride, quarter, slope_unit, radius_px, first, last,
-            slope, variance, misfit,
+            framed.reshape(len(maps), -1), stride, quarter, steps, slope_unit, radius_px, first,
+            last, slope, variance, misfit,
         )  # fmt: skip
 
     run_in_bands(frame, len(maps))
@@ -103,11 +116,26 @@ def stitch(
     return slope, variance, misfit
 
 
+def _steps(
+    dy: NDArray[np.int64], dx: NDArray[np.int64], stride: int, *, is_thin: bool
+) -> NDArray[np.int64]:
+    """Where neighbours lie in a framed map, from even rows and from odd ones, (2, N, 4).
+
+    The four are those at (dx, dy) and opposite, (-dy, dx) and opposite.
+    """
+    down, right = np.stack([dy, -dy, dx, -dx], axis=1), np.stack([dx, -dx, -dy, dy], axis=1)
+    if not is_thin:
+        return np.stack([down * stride + right] * 2)
+    odd = np.array([0, 1])[:, None, None]
+    return down * stride + (right + odd - (odd + down) % 2) // 2
+
+
 @kernel()
 def _stitch(
     framed: NDArray[np.float32],
     stride: int,
-    quarter: NDArray[np.int64],
+    quarter: NDArray[np.float32],
+    steps: NDArray[np.int64],
     slope_unit: np.float32,
     frame: int,
     start: int,
@@ -126,10 +154,9 @@ def _stitch(
             here = (v + frame) * stride + frame + first
             _begin(here, count, start_slope, line, information, sums)
             for k in range(len(quarter)):
-                dy, dx = quarter[k, 0], quarter[k, 1]
                 _add_neighbours(
-                    here, count, dy * stride + dx, dx * stride - dy, start_slope, grey, line,
-                    information, np.float32(dx), np.float32(dy), sums,
+                    here, count, steps[v % 2, k], start_slope, grey, line, information,
+                    quarter[k, 1], quarter[k, 0], sums,
                 )  # fmt: skip
             last = first + count
             _solve(
@@ -163,8 +190,7 @@ def _begin(
 def _add_neighbours(
     here: int,
     count: int,
-    one_way: int,
-    other_way: int,
+    steps: NDArray[np.int64],
     start_slope: NDArray[np.float32],
     grey: NDArray[np.float32],
     line: NDArray[np.float32],
@@ -181,11 +207,12 @@ def _add_neighbours(
     """
     square, difference, xy = dx * dx + dy * dy, dx * dx - dy * dy, dx * dy
     one = np.float32(1)
+    at_p, at_q, at_r, at_s = here + steps[0], here + steps[1], here + steps[2], here + steps[3]
     for i in range(count):
         u, c = np.uintp(i), np.uintp(here + i)
         m0, g0 = start_slope[c], grey[c]
-        p, q = np.uintp(here + i + one_way), np.uintp(here + i - one_way)
-        r, s = np.uintp(here + i + other_way), np.uintp(here + i - other_way)
+        p, q = np.uintp(at_p + i), np.uintp(at_q + i)
+        r, s = np.uintp(at_r + i), np.uintp(at_s + i)
         near_p, like_p = _near(start_slope[p] - m0), _unlike(grey[p] - g0)
         near_q, like_q = _near(start_slope[q] - m0), _unlike(grey[q] - g0)
         near_r, like_r = _near(start_slope[r] - m0), _unlike(grey[r] - g0)

@@ -12,6 +12,7 @@ from rig.epipolar.mending.mending import Mending
 from rig.epipolar.mending.row_errors import RowErrors
 from rig.epipolar.noise.model import NoiseModel
 from rig.epipolar.placement.placement import Placement
+from rig.epipolar.steady import Steady
 from rig.errors import SlopeError
 
 Image = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
@@ -171,6 +172,9 @@ class SlopePrior:
     """(H, W), px per view step; NaN where there is none."""
     sigma_px: NDArray[np.float32]
     """(H, W), 1 sigma."""
+    steady: Steady | None = None
+    """What else the last multi-view of these cameras told (`SlopeMap.steady`); None to measure all
+    of it anew."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,3 +194,6 @@ class SlopeMap:
     error is sure, or none was looked for (around a hypothesis)."""
     mending: Mending | None = None
     """Errors of rows and light that were taken out, for the next multi-view of the same cameras."""
+    steady: Steady | None = None
+    """What hardly changes, for the next multi-view if these slopes are its hypothesis; None in
+    colour."""

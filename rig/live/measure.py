@@ -120,7 +120,8 @@ class DepthMeter:
             if self._mending is not slopes.mending:
                 self._depth_run = widened_by_rows(run, slopes.mending)
             self._mending = slopes.mending
-        self._hypothesis = SlopePrior(slopes.slope_px, np.maximum(slopes.sigma_px, _MOTION_PX))
+        sigma_px = np.maximum(slopes.sigma_px, _MOTION_PX)
+        self._hypothesis = SlopePrior(slopes.slope_px, sigma_px, slopes.steady)
         slopes = self._processing.joined(slopes, follows=follows)
         depth = depth_of(self._depth_run, slopes)
         ended_s = time.perf_counter()

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from rig.epipolar.colour import luminance, merge_channels
 from rig.epipolar.mending.first_match import FirstMatch, first_match, small_pictures
+from rig.epipolar.mending.gains import Gains
 from rig.epipolar.mending.mending import Mending
 from rig.epipolar.mending.photometry import Light, equalise
 from rig.epipolar.mending.row_drift import RowDrift
@@ -29,6 +30,8 @@ class Fitted:
     """(V,) of each view with the reference, as `Equalised` has it."""
     mending: Mending
     """What it took."""
+    gains: Gains | None
+    """Of every view; None in colour, where each channel has its own."""
     first: FirstMatch
     """What paired the pixels, from the pictures before their light was the same."""
 
@@ -40,7 +43,11 @@ class Fitted:
 
 
 def fit_together(
-    views: RectifiedViews, window: Window, grey_step: float, noise: NoiseModel | None
+    views: RectifiedViews,
+    window: Window,
+    grey_step: float,
+    noise: NoiseModel | None,
+    gains: Gains | None = None,
 ) -> Fitted:
     """Take out what is wrong with the pictures, as known or as they show it themselves.
 
@@ -53,6 +60,8 @@ def fit_together(
         window: the slopes to search.
         grey_step: what grey values were rounded to multiples of.
         noise: noise of the grey values, or of each channel; None to estimate it.
+        gains: those of the last multi-view, where its slopes are the hypothesis; None to look for
+            them.
     """
     cameras = Cameras(views.x_steps, views.y_steps, views.reference)
     known, drift = views.mending, None
@@ -75,10 +84,10 @@ def fit_together(
     known_noise = None if known is None else known.noise
     if pictures.ndim == 4:
         images, agreement, light = merge_channels(pictures, cameras, first, grey_step, noise, light)
-        return Fitted(images, agreement, Mending(rows, light, known_noise, drift), first)
-    equal = equalise(pictures, cameras, first, None if light is None else light[0])
+        return Fitted(images, agreement, Mending(rows, light, known_noise, drift), None, first)
+    equal = equalise(pictures, cameras, first, None if light is None else light[0], gains)
     mending = Mending(rows, (equal.light,), known_noise, drift)
-    return Fitted(equal.images, equal.agreement, mending, first)
+    return Fitted(equal.images, equal.agreement, mending, equal.gains, first)
 
 
 def _grey(pictures: Image) -> Image:

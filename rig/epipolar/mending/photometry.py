@@ -38,6 +38,8 @@ class Equalised:
     """(V,) how well each view agrees with the reference in what it shows: 1 minus its median
     difference over that of unrelated pixels."""
     light: Light
+    gains: Gains
+    """Of every view."""
 
 
 def equalise(
@@ -45,6 +47,7 @@ def equalise(
     cameras: Cameras,
     first: FirstMatch,
     known: Light | None = None,
+    gains: Gains | None = None,
 ) -> Equalised:
     """Bring every view to the grey scale of the reference view.
 
@@ -53,7 +56,11 @@ def equalise(
         cameras: where the views stand.
         first: which pixels show the same point.
         known: light fields of the last multi-view, to be taken as they are; None to look for them.
+        gains: those of the last multi-view, to be taken as they are beside known light; None to
+            look for them.
     """
+    if known is not None and gains is not None:
+        return Equalised(_equal(images, known, gains), np.ones(len(images)), known, gains)
     small, clip = first.images, saturation_grey(images)
     if known is not None:
         small = np.stack([_lit(one, field) for one, field in zip(small, known, strict=True)])
@@ -61,7 +68,11 @@ def equalise(
     gains, agreement = pairs.gains()
     if known is None:
         known = tuple(pairs.light(i, gains) for i in range(len(images)))
-    light = known
+    return Equalised(_equal(images, known, gains), agreement, known, gains)
+
+
+def _equal(images: Image, light: Light, gains: Gains) -> NDArray[np.float32]:
+    """Apply light fields, then gains and offsets, to views (V, H, W)."""
     equal = np.empty(images.shape, np.float32)
 
     def work(start: int, stop: int) -> None:
@@ -71,7 +82,7 @@ def equalise(
             equal[i] += np.float32(gains.offset[i])
 
     run_in_bands(work, len(images))
-    return Equalised(equal, agreement, light)
+    return equal
 
 
 def _lit(image: NDArray[np.generic], field: LightField | None) -> NDArray[np.generic]:

@@ -140,12 +140,15 @@ def coarse_rms(x_px: Float, y_px: Float, values: Float, shape: tuple[int, int]) 
     column = np.clip((_CELLS * x_px / shape[1]).astype(int), 0, _CELLS - 1)
     row = np.clip((_CELLS * y_px / shape[0]).astype(int), 0, _CELLS - 1)
     cell = row * _CELLS + column
-    medians = [
-        float(np.median(inside))
-        for k in range(_CELLS**2)
-        if len(inside := values[cell == k]) >= _FEWEST_IN_CELL
-    ]
-    return float(np.sqrt(np.mean(np.square(medians)))) if medians else 0.0
+    ranked = values[np.lexsort((values, cell))]  # cell by cell, each from low to high
+    counts = np.bincount(cell, minlength=_CELLS**2)
+    starts = np.cumsum(counts) - counts
+    enough = counts >= _FEWEST_IN_CELL
+    if not enough.any():
+        return 0.0
+    low, high = (starts + (counts - 1) // 2)[enough], (starts + counts // 2)[enough]
+    medians = 0.5 * (ranked[low] + ranked[high])
+    return float(np.sqrt(np.mean(np.square(medians))))
 
 
 def normal_equations(design: Float, weight: Float, values: Float) -> tuple[Float, Float]:

@@ -22,7 +22,10 @@ _SAMPLE_PX = 5
 
 def saturation_grey(images: Image) -> float:
     """Grey value at which pixels are clipped; infinite where hardly any are."""
-    sample = np.ascontiguousarray(images[:, ::_SAMPLE_PX, ::_SAMPLE_PX])
+    return _saturation(np.ascontiguousarray(images[:, ::_SAMPLE_PX, ::_SAMPLE_PX]))
+
+
+def _saturation(sample: NDArray[np.integer | np.floating]) -> float:
     top = sample.max()
     return float(top) if float((sample == top).mean()) > 0.1 * _SATURATED_SHARE else float("inf")
 
@@ -41,7 +44,7 @@ def seen_views(views: RectifiedViews) -> tuple[RectifiedViews, tuple[str, ...]]:
     warnings: tuple[str, ...] = ()
     sample = np.ascontiguousarray(images[:, ::_SAMPLE_PX, ::_SAMPLE_PX])
     spread = sample.reshape(len(sample), -1).std(axis=1)
-    clipped = np.count_nonzero(sample >= saturation_grey(images)) / sample.size
+    clipped = np.count_nonzero(sample >= _saturation(sample)) / sample.size
     if clipped > _SATURATED_SHARE and spread[views.reference] > 0:
         warnings = (
             f"{100 * clipped:.0f} % of the pixels are saturated, say nothing; lower the exposure",

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from rig.compute.bands import run_in_bands, run_side_by_side
 from rig.epipolar.line import UNSEEN, LineFits
-from rig.epipolar.rank import mean
 from rig.epipolar.scales import Scales
 
 _ENOUGH = 100.0
@@ -43,7 +42,8 @@ def line_precision(lines: LineFits, scales: Scales) -> NDArray[np.float32]:
         side_px = (_ENOUGH / max(each, 1.0)) ** 0.5
         radius_px = min(int(np.ceil(0.5 * (side_px - 1))), _LARGEST_RADIUS_PX)
         scatter, freedom = run_side_by_side(
-            lambda: mean(lines.scatter, radius_px), lambda: mean(lines.freedom, radius_px)
+            lambda: lines.around(lines.scatter, radius_px),
+            lambda: lines.around(lines.freedom, radius_px),
         )
     in_scatter, in_step, _ = _cauchy_shares(scales)
     lowest = _LOWEST * in_scatter * scales.smoothed_noise**2
@@ -67,12 +67,12 @@ def _of_shared_slopes(lines: LineFits) -> tuple[NDArray[np.float32], NDArray[np.
     noise by; with a slope that neighbours share, each has one difference left.
     """
     radius_px = _LARGEST_RADIUS_PX
-    known = np.maximum(mean(lines.information, radius_px), np.float32(1e-12))
-    shared_px = mean(lines.information * lines.slope_px, radius_px) / known
+    known = np.maximum(lines.around(lines.information, radius_px), np.float32(1e-12))
+    shared_px = lines.around(lines.information * lines.slope_px, radius_px) / known
     apart = lines.scatter + lines.information * np.square(lines.slope_px - shared_px)
     left = np.float32(1.0 - 1.0 / (2 * radius_px + 1) ** 2)
     one = np.where(lines.sight == UNSEEN, np.float32(0), left).astype(np.float32)
-    return mean(apart, radius_px), mean(one, radius_px)
+    return lines.around(apart, radius_px), lines.around(one, radius_px)
 
 
 def reply_share(lines: LineFits, scales: Scales) -> float:
@@ -87,6 +87,7 @@ def reply_share(lines: LineFits, scales: Scales) -> float:
     return max(_cauchy_shares(scales)[2] * real / every, _LEAST_REPLY)
 
 
+@lru_cache(maxsize=8)  # most frames have the scales of the frame before
 def locking(scales: Scales) -> tuple[float, float, float]:
     """`Scales.locking` as it reaches the steps of lines through their Cauchy weights.
 

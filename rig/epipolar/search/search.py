@@ -30,7 +30,7 @@ from rig.epipolar.search.window import Cameras, Window
 
 _COARSE_FROM_LABELS, _COARSE_SHRINK = 96, 2
 _NARROW_UP_TO_LABELS = 8
-_FEW = 0.05
+FEW = 0.05
 """Share of pixels without a narrow window up to which a search of small images is enough."""
 _FEW_SHRINK = 6
 _CLEARLY = 0.7
@@ -52,9 +52,15 @@ class Effort(IntEnum):
     """All of it at full size."""
 
 
-def effort_of(cameras: Cameras, window: Window) -> Effort:
-    """How `search` will look for the slopes of a window."""
-    if wide_share(window, cameras) < _FEW:
+def effort_of(cameras: Cameras, window: Window, *, is_known: bool) -> Effort:
+    """How `search` is to look for the slopes of a window.
+
+    Args:
+        cameras: where the views stand.
+        window: the slopes to search.
+        is_known: whether what is around the hypothesis is enough: `wide_share` is low.
+    """
+    if is_known:
         return Effort.FOLLOWED
     width_px = float(window.high_px.max()) - float(window.low_px.min())
     return Effort.COARSE if width_px > _COARSE_FROM_LABELS * cameras.step_px else Effort.FULL
@@ -77,6 +83,8 @@ def search(
     scales: Scales,
     splines: NDArray[np.float32] | None = None,
     drift: NDArray[np.float32] | None = None,
+    rival_px: NDArray[np.float32] | None = None,
+    effort: Effort | None = None,
 ) -> Found:
     """Find the slope of every pixel inside its window.
 
@@ -88,8 +96,14 @@ def search(
         splines: what `rig.epipolar.sampling.pad` makes of them, if there already.
         drift: (2, H, W) light that changes with the view, see `rig.epipolar.drift`; None for none.
             Searches of texture and around a hypothesis have no need of it.
+        rival_px: (H, W) second slopes of the last multi-view: what its few unknown pixels have, and
+            they are not searched now; None to search them.
+        effort: how to look; None for what the window asks for.
     """
-    wide, effort = _is_wide(window, cameras), effort_of(cameras, window)
+    wide = _is_wide(window, cameras)
+    if effort is None:
+        is_known = np.count_nonzero(wide) / wide.size < FEW
+        effort = effort_of(cameras, window, is_known=is_known)
     if effort is not Effort.FOLLOWED and is_one_sided(cameras):
         return search_pair(images, cameras, window, scales).only(wide, window.expected_px)
     match effort:
@@ -98,6 +112,8 @@ def search(
         case Effort.COARSE:
             found = _search_coarse(images, cameras, window, scales, drift)
             return found.only(wide, window.expected_px)
+        case Effort.FOLLOWED if wide.any() and rival_px is not None:
+            return Found.of_all(window.expected_px, rival_px).only(wide, window.expected_px)
         case Effort.FOLLOWED if wide.any():
             if splines is None:
                 splines = pad(images, cameras.x_steps, cameras.y_steps)

@@ -63,12 +63,26 @@ class Window:
 
     def hold(self, slope_px: NDArray[np.float32]) -> NDArray[np.float32]:
         """Hold slopes (H, W) inside the window: outside it nothing was compared."""
-        held = np.maximum(slope_px, self.low_px)
-        return np.minimum(held, self.high_px, out=held)
+        held = np.empty_like(slope_px)
+
+        def work(start: int, stop: int) -> None:
+            r = slice(start, stop)
+            np.maximum(slope_px[r], self.low_px[r], out=held[r])
+            np.minimum(held[r], self.high_px[r], out=held[r])
+
+        run_in_bands(work, len(held))
+        return held
 
     def is_wider(self, than_px: float) -> NDArray[np.bool_]:
         """Pixels whose window is wider than this, (H, W)."""
-        return self.high_px - self.low_px > np.float32(than_px)
+        wider = np.empty(self.low_px.shape, np.bool_)
+
+        def work(start: int, stop: int) -> None:
+            r = slice(start, stop)
+            np.greater(self.high_px[r] - self.low_px[r], np.float32(than_px), out=wider[r])
+
+        run_in_bands(work, len(wider))
+        return wider
 
 
 def window_of(
@@ -116,3 +130,5 @@ def _open(window: Window, rows: slice, prior: SlopePrior, low_px: float, high_px
     low[wide], high[wide] = low_px, high_px
     np.minimum(np.maximum(slope, low), high, out=expected)
     expected[~there] = 0.5 * (low_px + high_px)
+    if prior.steady is not None and prior.steady.slope_px.shape == prior.slope_px.shape:
+        np.copyto(expected, prior.steady.slope_px[rows], where=~there)

@@ -38,7 +38,7 @@ def test_the_prefilter_grows_with_noise_and_is_off_for_clean_images() -> None:
 def test_rounding_counts_as_noise_where_nothing_else_does() -> None:
     ramp = np.rint(50 + 0.05 * COLUMNS).astype(np.float32)
     model = noise_of(ramp[None], 1.0, None)
-    assert stabilise(ramp[None], 0, model, is_told=False)[1].noise >= 1 / 12**0.5 - 1e-9
+    assert stabilise(ramp[None], 0, model, is_told=False)[1].scales.noise >= 1 / 12**0.5 - 1e-9
 
 
 def test_clipped_pixels_do_not_make_an_image_quiet() -> None:

@@ -1,0 +1,66 @@
+import threading
+
+import numpy as np
+import pytest
+
+from rig.compute.bands import run_in_bands, run_side_by_side
+
+
+def test_bands_cover_every_index_once_even_within_bands() -> None:
+    hits = np.zeros((5, 7), int)
+
+    def rows(start: int, stop: int) -> None:
+        for row in hits[start:stop]:
+
+            def columns(first: int, last: int, row: np.ndarray = row) -> None:
+                row[first:last] += 1
+
+            run_in_bands(columns, len(row))
+
+    run_in_bands(rows, len(hits))
+    assert np.all(hits == 1)
+
+
+def test_what_is_done_side_by_side_comes_back_in_order() -> None:
+    assert run_side_by_side(lambda: 1, lambda: 2, lambda: 3) == [1, 2, 3]
+
+
+@pytest.mark.parametrize("bad", [0, 9])
+def test_an_error_in_any_band_comes_out(bad: int) -> None:
+    def work(start: int, stop: int) -> None:
+        if start <= bad < stop:
+            raise ArithmeticError(bad)
+
+    with pytest.raises(ArithmeticError, match=str(bad)):
+        run_in_bands(work, 10)
+    run_in_bands(lambda _start, _stop: None, 10)
+
+
+@pytest.mark.parametrize(("count", "bands"), [(8, [3, 3, 2]), (2, [1, 1]), (1, [1]), (0, [0])])
+def test_there_is_a_band_for_every_thread_and_none_is_empty(
+    count: int, bands: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RIG_THREADS", "3")
+    found: list[tuple[int, int]] = []
+    run_in_bands(lambda start, stop: found.append((start, stop)), count)
+    assert sorted((stop - start for start, stop in found), reverse=True) == bands
+
+
+def test_bands_run_on_as_many_threads_as_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RIG_THREADS", "3")
+    together = threading.Barrier(3, timeout=30)  # broken, hence an error, if one of them is missing
+    names = set()
+
+    def work(_start: int, _stop: int) -> None:
+        together.wait()
+        names.add(threading.current_thread().name)
+
+    run_in_bands(work, 3)
+    assert len(names) == 3
+
+
+def test_one_thread_is_that_of_the_caller(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RIG_THREADS", "1")
+    names: list[str] = []
+    run_in_bands(lambda _a, _b: names.append(threading.current_thread().name), 100)
+    assert names == [threading.current_thread().name]
