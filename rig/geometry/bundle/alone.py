@@ -57,7 +57,8 @@ def fit_alone(adjusted: Adjusted) -> Alone:
     own, linear = settle(each, rough, weight, _STEPS)
     scatter = measure_scatter(single, linear.residual_px, views)
     view_of = observed.view[observed.sighting_of_point]
-    even = (observed.sigma_px * scatter.view_scale[view_of]) ** -2.0
+    told_px = np.hypot(observed.sigma_px, scatter.floor_px[view_of])
+    even = (told_px * scatter.view_scale[view_of]) ** -2.0
     pose = form(single, problem.target, own, layout, linear, even, None).pose
     pivot = common.board_shift_mm
     turn = turn_between(own.board_rotation, common.board_rotation)
