@@ -29,6 +29,8 @@ class Alone:
     """(S,) noise of the points about the own pose over that of the view."""
     noise_px: Float
     """(V,) noise of a typical point, per coordinate."""
+    scatter_px: Float
+    """(S,) the same of a typical point of a sighting."""
 
 
 def fit_alone(adjusted: Adjusted) -> Alone:
@@ -71,6 +73,7 @@ def fit_alone(adjusted: Adjusted) -> Alone:
         information=times(np.swapaxes(board_by_frame, 1, 2), times(pose, board_by_frame)),
         noise_ratio=scatter.sighting_scale,
         noise_px=np.array([_median(scatter.sigma_px[view_of == view]) for view in range(views)]),
+        scatter_px=np.array([_median(scatter.sigma_px[single.points(n)]) for n in range(count)]),
     )
 
 
