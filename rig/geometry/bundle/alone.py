@@ -24,7 +24,8 @@ class Alone:
     its origin and shift (mm). A camera that stands elsewhere than believed gives the same motion in
     every picture."""
     information: Float
-    """(S, 6, 6) inverse covariance of `motion`, for the noise of the view."""
+    """(S, 6, 6) inverse covariance of `motion`, for the larger noise of the view's and the
+    sighting's."""
     noise_ratio: Float
     """(S,) noise of the points about the own pose over that of the view."""
     noise_px: Float
@@ -68,9 +69,11 @@ def fit_alone(adjusted: Adjusted) -> Alone:
     # The board turns about its own origin, the frame about that of the reference view.
     board_by_frame = np.broadcast_to(np.eye(6), (count, 6, 6)).copy()
     board_by_frame[:, 3:, :3] = -cross_matrix(pivot)
+    own_noise = np.maximum(scatter.sighting_scale, 1.0)[:, None, None] ** 2
     return Alone(
         motion=np.concatenate([turn, shift], axis=1),
-        information=times(np.swapaxes(board_by_frame, 1, 2), times(pose, board_by_frame)),
+        information=times(np.swapaxes(board_by_frame, 1, 2), times(pose, board_by_frame))
+        / own_noise,
         noise_ratio=scatter.sighting_scale,
         noise_px=np.array([_median(scatter.sigma_px[view_of == view]) for view in range(views)]),
         scatter_px=np.array([_median(scatter.sigma_px[single.points(n)]) for n in range(count)]),
