@@ -6,6 +6,9 @@ then the fitter that finds corners of real pictures runs on them, with the room 
 a ChArUco board leave it.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,18 +35,33 @@ _PAD_PX = 3
 _REACH = 0.45
 
 
-def rendered_sightings(scene: Scene, seed: int) -> list[Sighting]:
-    """Find the corners of every picture of a scene; boards that leave the picture in part."""
+@dataclass(frozen=True)
+class Picture:
+    """How sharp and how noisy pictures are."""
+
+    blur_px: float = BLUR_PX
+    noise: float = NOISE
+    """Grey levels, 1 sigma."""
+
+
+def rendered_sightings(
+    scene: Scene,
+    seed: int,
+    like: Picture = Picture(),
+    pictures: Sequence[int] | None = None,
+    views: Sequence[int] | None = None,
+) -> list[Sighting]:
+    """Find the corners of some pictures (None: of all); boards may leave a picture in part."""
     rng = np.random.default_rng(seed)
     found: list[Sighting] = []
-    for picture in range(len(scene.poses)):
-        for view in range(len(scene.cameras)):
+    for picture in range(len(scene.poses)) if pictures is None else pictures:
+        for view in range(len(scene.cameras)) if views is None else views:
             xy_px = scene.shown(picture, view)
             with np.errstate(invalid="ignore"):
                 inside = ((xy_px > 12) & (xy_px < (WIDTH - 13, HEIGHT - 13))).all(axis=1)
             ids = np.flatnonzero(inside)
             if len(ids) >= 6:
-                found.append(_sighting(scene, picture, view, ids, xy_px[ids], rng))
+                found.append(_sighting(scene, picture, view, ids, xy_px[ids], rng, like))
     return found
 
 
@@ -54,11 +72,12 @@ def _sighting(
     ids: NDArray[np.intp],
     xy_px: Float,
     rng: np.random.Generator,
+    like: Picture,
 ) -> Sighting:
     base = np.round(xy_px)
     inverse, axes, side_px = _inverse_maps(scene, picture, view, ids, xy_px)
-    tiles = _render(inverse, base - xy_px, ids)
-    tiles = np.clip(np.round(tiles + rng.normal(0, NOISE, tiles.shape)), 0, 255)
+    tiles = _render(inverse, base - xy_px, ids, like.blur_px)
+    tiles = np.clip(np.round(tiles + rng.normal(0, like.noise, tiles.shape)), 0, 255)
     mosaic = tiles.transpose(1, 0, 2).reshape(SIDE, -1).astype(np.float32)
     middle = np.stack([np.arange(len(ids)) * SIDE + SIDE // 2, np.full(len(ids), SIDE // 2)], 1)
     start = middle + (xy_px - base) + rng.normal(0, 0.2, xy_px.shape)
@@ -93,11 +112,11 @@ def _cubic(xy: Float) -> Float:
     return np.stack([one, x, y, x * x, x * y, y * y, x**3, x * x * y, x * y * y, y**3], axis=-1)
 
 
-def _render(inverse: Float, off_px: Float, ids: NDArray[np.intp]) -> Float:
+def _render(inverse: Float, off_px: Float, ids: NDArray[np.intp], blur_px: float) -> Float:
     """(N, SIDE, SIDE) grey levels of the pixels around each corner, before noise."""
     half = SIDE // 2 + 0.5 + _PAD_PX
     fine = np.arange(-half + 0.5 / _FINE, half, 1 / _FINE)
-    blur = _blur(fine)
+    blur = _blur(fine, blur_px)
     x, y = (a.ravel() for a in np.meshgrid(fine, fine))
     tiles = np.empty((len(ids), SIDE, SIDE))
     for n, (cubic, (dx, dy)) in enumerate(zip(inverse, off_px, strict=True)):
@@ -109,12 +128,12 @@ def _render(inverse: Float, off_px: Float, ids: NDArray[np.intp]) -> Float:
     return (BLACK + WHITE) / 2 + (WHITE - BLACK) / 2 * tiles
 
 
-def _blur(fine: Float) -> Float:
+def _blur(fine: Float, blur_px: float) -> Float:
     """(SIDE, F) Gaussian and pixel integral, from fine samples to pixels along one axis."""
     pixel = np.arange(SIDE) - SIDE // 2
     steps = (np.arange(_FINE) + 0.5) / _FINE - 0.5
     apart = pixel[:, None, None] + steps[None, :, None] - fine
-    weight = np.exp(-0.5 * (apart / BLUR_PX) ** 2).sum(axis=1)
+    weight = np.exp(-0.5 * (apart / blur_px) ** 2).sum(axis=1)
     return weight / weight.sum(axis=1, keepdims=True)
 
 

@@ -105,14 +105,19 @@ def write_bytes(path: Path, content: bytes) -> None:
         ) from error
 
 
-def read_bytes(path: Path) -> bytes:
+def read_bytes(path: Path, most: int | None = None) -> bytes:
     """Read a whole file.
+
+    Args:
+        path: file to read.
+        most: stop after one byte more than that; None reads all.
 
     Raises:
         StoreError: it is missing or cannot be read.
     """
     try:
-        return path.read_bytes()
+        with path.open("rb") as file:
+            return file.read() if most is None else file.read(most + 1)
     except OSError as error:
         raise StoreError(
             f"{path}: cannot be read: {error.strerror}", advice="check the path"

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from rig.bounded_text import read_text
 from rig.errors import FormatError
 from rig.export import fields
 from rig.export.geometry_format import GeometryExport, GeometryFormat
@@ -25,11 +26,14 @@ _HALF_PX = 0.5
 _MODELS: dict[str, tuple[LensModel, int]] = {
     "SIMPLE_PINHOLE": ("none", 3),
     "PINHOLE": ("none", 4),
+    "SIMPLE_RADIAL": ("brown5", 4),
+    "RADIAL": ("brown5", 5),
     "OPENCV": ("brown5", 8),
     "FULL_OPENCV": ("brown8", 12),
     "OPENCV_FISHEYE": ("fisheye", 8),
 }
 """Lens and number of parameters of each camera model that is read."""
+_ONE_FOCAL_LENGTH = ("SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL")
 
 
 def write(geometry: RigGeometry, folder: Path) -> None:
@@ -73,7 +77,7 @@ def read(folder: Path) -> RigGeometry:
     taken: list[CameraModel] = []
     poses: list[Pose] = []
     # Every image has two lines, the second of which (its points) may be empty.
-    lines = [line for line in fields.read_text(path).splitlines() if not line.startswith("#")]
+    lines = [line for line in read_text(path).splitlines() if not line.startswith("#")]
     for line in lines[::2]:
         words = line.split()
         if not words:
@@ -110,7 +114,7 @@ def _parameters(camera: CameraModel) -> tuple[str, list[float]]:
 
 def _read_cameras(path: Path) -> dict[str, CameraModel]:
     cameras: dict[str, CameraModel] = {}
-    for line in fields.read_text(path).splitlines():
+    for line in read_text(path).splitlines():
         words = line.split()
         if not words or line.startswith("#"):
             continue
@@ -118,16 +122,17 @@ def _read_cameras(path: Path) -> dict[str, CameraModel]:
         if len(words) < 4 or words[1] not in _MODELS:
             raise FormatError(
                 f"{where}: camera model {words[1] if len(words) > 1 else 'none'} is not known here",
-                advice=f"known are {', '.join(_MODELS)}",
+                advice=f"known are {', '.join(_MODELS)}; refine with one of these in COLMAP "
+                "(Bundle adjustment, or --ImageReader.camera_model OPENCV)",
             )
         lens, count = _MODELS[words[1]]
         width, height = (fields.size_px(n, where) for n in _numbers(words[2:4], where))
         parameters = fields.numbers(_numbers(words[4:], where), where, count=count)
-        if words[1] == "SIMPLE_PINHOLE":
+        if words[1] in _ONE_FOCAL_LENGTH:
             parameters = [parameters[0], *parameters]
         coefficients = parameters[4:]
-        if words[1] == "OPENCV":
-            coefficients.append(0.0)
+        if lens == "brown5":  # k1, k2, p1, p2: what a model does not name is zero
+            coefficients += [0.0] * (5 - len(coefficients))
         if lens == "brown8" and not any(coefficients[5:]):
             lens, coefficients = "brown5", coefficients[:5]
         fx, fy, cx, cy = parameters[:4]

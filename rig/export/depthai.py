@@ -15,6 +15,7 @@ from typing import cast
 
 import numpy as np
 
+from rig.bounded_text import read_text
 from rig.errors import FormatError
 from rig.export import fields
 from rig.files import write_bytes
@@ -124,7 +125,7 @@ def read(path: Path) -> RigGeometry:
 
 def _read(path: Path) -> fields.Fields:
     try:
-        content = json.loads(fields.read_text(path))
+        content = json.loads(read_text(path))
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{path}: is no JSON: {error}") from error
     return fields.mapping(content, str(path))

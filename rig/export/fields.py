@@ -1,5 +1,6 @@
 """Takes numbers out of what a file held, and says which are missing or odd."""
 
+import reprlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import cast
@@ -8,39 +9,27 @@ import numpy as np
 import yaml
 
 from rig.arrays import Float
+from rig.bounded_text import read_text
 from rig.errors import ConfigError, FormatError
-from rig.files import read_bytes
+from rig.export.bounded_yaml import BoundedLoader
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import LensModel
 from rig.geometry.pose import Pose
 
 Fields = Mapping[str, object]
 
+_LARGEST = 1e300
+"""Whole numbers know no bound; beyond this they are no numbers of a camera."""
 _MOST_TILT = 1e-5
 """Files hold rounded rotations; further off than this they are none."""
 
 
-def read_text(path: Path) -> str:
-    """Return the text of a file.
-
-    Raises:
-        StoreError: it cannot be read.
-        FormatError: it is no text.
-    """
-    try:
-        return read_bytes(path).decode()
-    except UnicodeDecodeError as error:
-        raise FormatError(
-            f"{path}: is no text file", advice="give a file of the named format"
-        ) from error
-
-
-def read_yaml(path: Path, loader: type[yaml.SafeLoader] = yaml.SafeLoader) -> Fields:
+def read_yaml(path: Path, loader: type[BoundedLoader] = BoundedLoader) -> Fields:
     """Return the top-level mapping of a YAML file.
 
     Args:
         path: file to read.
-        loader: a safe loader, with the tags of the format.
+        loader: with the tags of the format.
 
     Raises:
         StoreError: it cannot be read.
@@ -84,7 +73,7 @@ def numbers(value: object, where: str, *, count: int | None = None) -> list[floa
         raise FormatError(f"{where}: expected a list of numbers, found {_kind(value)}")
     found: list[float] = []
     for item in cast("Sequence[object]", value):
-        if isinstance(item, bool) or not isinstance(item, int | float) or not np.isfinite(item):
+        if isinstance(item, bool) or not isinstance(item, int | float) or not abs(item) < _LARGEST:
             raise FormatError(f"{where}: expected finite numbers, found {_kind(item)}")
         found.append(float(item))
     if count is not None and len(found) != count:
@@ -156,5 +145,7 @@ def camera(
 def _kind(value: object) -> str:
     if value is None:
         return "nothing"
-    shown = repr(value)
+    shown = reprlib.repr(
+        value
+    )  # bounded: what a file says ten times of ten may be a thousand million
     return f"{type(value).__name__} {shown[:40]}"

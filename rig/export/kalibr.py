@@ -1,7 +1,8 @@
 """Kalibr `camchain.yaml`: one chain of cameras, each placed relative to the one before it.
 
-Lengths in m; `T_cn_cnm1` takes points of camera n - 1 into camera n. Lens models: `radtan` (k1, k2,
-p1, p2), `equidistant` (four fisheye terms), `none`. Format: Kalibr wiki, "Yaml formats".
+Lengths in m; `T_cn_cnm1` takes points of camera n - 1 into camera n. Chains of an IMU calibration
+may hold `T_cam_imu` instead, from the IMU into each camera. Lens models: `radtan` (k1, k2, p1, p2),
+`equidistant` (four fisheye terms), `none`. Format: Kalibr wiki, "Yaml formats".
 """
 
 import re
@@ -73,18 +74,16 @@ def read(path: Path) -> RigGeometry:
     chain = fields.read_yaml(path)
     names: list[str] = []
     cameras: list[CameraModel] = []
-    poses: list[Pose] = []
+    poses = [Pose.identity()]
+    before: fields.Fields = {}
     for n in range(len(chain)):
         where = f"{path}: cam{n}"
         entry = fields.mapping(fields.field(chain, f"cam{n}", str(path)), where)
         cameras.append(_camera(entry, where))
         names.append(_name(entry, n))
-        if n == 0:
-            poses.append(Pose.identity())
-        else:
-            step = fields.matrix(fields.field(entry, "T_cn_cnm1", where), (4, 4), where)
-            taken = fields.pose(step[:3, :3], (1000.0 * step[:3, 3]).tolist(), where)
-            poses.append(taken @ poses[-1])
+        if n > 0:
+            poses.append(_step(entry, before, where) @ poses[-1])
+        before = entry
     if not cameras:
         raise FormatError(f"{path}: holds no camera", advice="expected cam0, cam1 and so on")
     return RigGeometry(tuple(names), 0, tuple(cameras), tuple(poses))
@@ -121,6 +120,20 @@ def _camera(entry: fields.Fields, where: str) -> CameraModel:
     )
     intrinsics = fields.four(fields.field(entry, "intrinsics", where), f"{where} intrinsics")
     return fields.camera((width, height), intrinsics, lens, coefficients, where)
+
+
+def _step(entry: fields.Fields, before: fields.Fields, where: str) -> Pose:
+    """The place of a camera beside the one before it; by an IMU where only that is told."""
+    by_imu = "T_cam_imu"
+    if "T_cn_cnm1" not in entry and by_imu in entry and by_imu in before:
+        one, other = (_motion(camera, by_imu, where) for camera in (before, entry))
+        return other @ one.inverse()
+    return _motion(entry, "T_cn_cnm1", where)
+
+
+def _motion(entry: fields.Fields, name: str, where: str) -> Pose:
+    matrix = fields.matrix(fields.field(entry, name, where), (4, 4), f"{where} {name}")
+    return fields.pose(matrix[:3, :3], (1000.0 * matrix[:3, 3]).tolist(), f"{where} {name}")
 
 
 def _name(entry: fields.Fields, n: int) -> str:

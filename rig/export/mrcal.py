@@ -12,6 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from rig.bounded_text import read_text
 from rig.errors import FormatError
 from rig.export import fields
 from rig.export.geometry_format import GeometryExport, GeometryFormat
@@ -110,7 +111,7 @@ def _read_one(path: Path) -> tuple[CameraModel, Pose]:
     where = str(path)
     try:
         # A literal only: nothing of the file is ever run.
-        content = ast.literal_eval(fields.read_text(path).strip())
+        content = ast.literal_eval(read_text(path).strip())
     except (ValueError, SyntaxError, TypeError, MemoryError, RecursionError) as error:
         raise FormatError(
             f"{path}: is no mrcal camera model ({error.__class__.__name__})"

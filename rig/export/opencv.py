@@ -8,6 +8,7 @@ calibration sample of OpenCV writes them, is read as a pair.
 OpenCV writes the files; reading is done here, because OpenCV's own parser can hang on damaged ones.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, cast
@@ -19,7 +20,9 @@ import yaml
 from rig.arrays import Float
 from rig.errors import FormatError
 from rig.export import fields
+from rig.export.bounded_yaml import BoundedLoader
 from rig.export.geometry_format import GeometryExport, GeometryFormat
+from rig.export.opencv_xml import read_xml
 from rig.files import write_bytes
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import COEFFICIENTS, LensModel
@@ -59,18 +62,21 @@ def write(geometry: RigGeometry, folder: Path) -> None:
 
 
 def read(folder: Path) -> RigGeometry:
-    """Read `rig.yml` of a folder, or the two files of OpenCV's stereo sample.
+    """Read `rig.yml` of a folder, or the two files of OpenCV's stereo sample; YAML or XML.
 
     The sample's files do not tell the picture size; it is taken as twice the principal point.
 
     Raises:
-        FormatError: a field is missing or odd.
+        FormatError: a field is missing or odd, or one of the two files is missing.
         StoreError: a file cannot be read.
     """
-    if not (folder / FILE).exists() and all((folder / name).exists() for name in _SAMPLE):
-        return _read_sample(folder)
-    path = folder / FILE
-    root = fields.read_yaml(path, _Loader)
+    path = _present(folder, FILE)
+    if path is None:
+        sample = [_present(folder, name) for name in _SAMPLE]
+        if any(sample):
+            return _read_sample(folder, sample)
+        path = folder / FILE
+    root = _read(path)
     reference = fields.text(root, "reference", str(path))
     views = fields.field(root, "views", str(path))
     if not isinstance(views, list) or not views:
@@ -91,6 +97,16 @@ def read(folder: Path) -> RigGeometry:
     return RigGeometry(tuple(names), names.index(reference), tuple(cameras), tuple(poses))
 
 
+def _present(folder: Path, name: str) -> Path | None:
+    """A file as YAML or as XML, whichever is there."""
+    paths = (folder / name, (folder / name).with_suffix(".xml"))
+    return next((path for path in paths if path.exists()), None)
+
+
+def _read(path: Path) -> fields.Fields:
+    return read_xml(path) if path.suffix == ".xml" else fields.read_yaml(path, _Loader)
+
+
 def _write_sample(geometry: RigGeometry, folder: Path) -> None:
     one, two = geometry.cameras
     two_from_one = geometry.cam_from_reference[1] @ geometry.cam_from_reference[0].inverse()
@@ -107,18 +123,26 @@ def _write_sample(geometry: RigGeometry, folder: Path) -> None:
         write_bytes(folder / name, storage.releaseAndGetString().encode())
 
 
-def _read_sample(folder: Path) -> RigGeometry:
-    inside, outside = (fields.read_yaml(folder / name, _Loader) for name in _SAMPLE)
+def _read_sample(folder: Path, sample: Sequence[Path | None]) -> RigGeometry:
+    inner, outer = sample
+    if inner is None or outer is None:
+        there, missing = _SAMPLE if outer is None else _SAMPLE[::-1]
+        raise FormatError(
+            f"{folder}: holds {there} without {missing}, which says "
+            f"{'where the cameras stand' if outer is None else 'what the cameras are'}",
+            advice=f"put {missing} of the same stereo calibration beside it",
+        )
+    inside, outside = _read(inner), _read(outer)
     cameras: list[CameraModel] = []
     for number in (1, 2):
-        where = f"{folder / _SAMPLE[0]}: camera {number}"
+        where = f"{inner}: camera {number}"
         matrix = _array(inside, f"M{number}", (3, 3), where)
         lens, coefficients = _lens(_flat(inside, f"D{number}", where), where)
         size = tuple(fields.size_px(float(np.rint(2.0 * c)), where) for c in matrix[:2, 2])
         cameras.append(
             fields.camera((size[0], size[1]), _intrinsics(matrix), lens, coefficients, where)
         )
-    where = str(folder / _SAMPLE[1])
+    where = str(outer)
     rotation = _array(outside, "R", (3, 3), where)
     translation = _array(outside, "T", (3, 1), where).ravel().tolist()
     return RigGeometry(
@@ -173,7 +197,7 @@ def _array(node: fields.Fields, name: str, shape: tuple[int, int], where: str) -
     return np.array(flat).reshape(shape)
 
 
-class _Loader(yaml.SafeLoader):
+class _Loader(BoundedLoader):
     """Knows OpenCV's matrices: a mapping with rows, cols, dt and data."""
 
 

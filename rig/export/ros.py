@@ -72,15 +72,19 @@ def write(geometry: RigGeometry, folder: Path) -> None:
 
 
 def read(folder: Path) -> RigGeometry:
-    """Read all `*.yaml` of a folder; views are called after `camera_name`.
+    """Read all `*.yaml` of a folder, or one file for a single view.
 
-    Places come from `transforms.yaml`, else from rectification and projection matrices, where the
-    first view without an offset is the reference.
+    Views are called after `camera_name`. Places come from `transforms.yaml`, else from
+    rectification and projection matrices, where the first view without an offset is the reference.
 
     Raises:
         FormatError: there is none, or a field is missing or odd.
         StoreError: a file cannot be read.
     """
+    if folder.is_file():
+        entry, where = fields.read_yaml(folder), str(folder)
+        name = fields.text(entry, "camera_name", where)
+        return RigGeometry((name,), 0, (_camera(entry, where),), (Pose.identity(),))
     paths = sorted(path for path in folder.glob("*.yaml") if path.name != TRANSFORMS)
     if not paths:
         raise FormatError(
@@ -128,7 +132,10 @@ def _camera(entry: fields.Fields, where: str) -> CameraModel:
             advice=f"known are {', '.join(_LENSES)}",
         )
     lens, count = _LENSES[model]
-    coefficients = _data(entry, "distortion_coefficients", count, where)
+    coefficients = _data(entry, "distortion_coefficients", None, where)
+    if lens == "brown5" and len(coefficients) == 4:
+        coefficients.append(0.0)  # older drivers leave k3 out
+    coefficients = fields.numbers(coefficients, f"{where} distortion_coefficients", count=count)
     matrix = _data(entry, "camera_matrix", 9, where)
     size = tuple(
         fields.size_px(fields.field(entry, key, where), f"{where} {key}")
@@ -196,7 +203,7 @@ def _from_projections(
     )
 
 
-def _data(entry: fields.Fields, name: str, count: int, where: str) -> list[float]:
+def _data(entry: fields.Fields, name: str, count: int | None, where: str) -> list[float]:
     matrix = fields.mapping(fields.field(entry, name, where), f"{where} {name}")
     values = fields.field(matrix, "data", f"{where} {name}")
     return fields.numbers(values, f"{where} {name}", count=count)

@@ -1,7 +1,6 @@
 """Profiles from files: find, override, validate, and say plainly what is wrong."""
 
 import difflib
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast, get_args
@@ -9,7 +8,8 @@ from typing import Any, cast, get_args
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from rig.errors import ConfigError, OptionError
+from rig.bounded_text import parse_toml, read_text
+from rig.errors import ConfigError, FormatError, OptionError, StoreError
 from rig.places import profile_files
 from rig.profile.by_kind import config_of
 from rig.profile.cameras import CameraConfig
@@ -83,12 +83,10 @@ def parse_profile(data: object, *, source: str) -> Profile:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(
-            f"{path}: cannot be read: {error}", advice="check the path and its permissions"
-        ) from error
-    except tomllib.TOMLDecodeError as error:
+        data = parse_toml(read_text(path))
+    except (StoreError, FormatError) as error:
+        raise ConfigError(error.found, advice=error.advice) from error
+    except ValueError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}", advice="correct this line") from error
     camera = data.get("camera")
     for key in _path_keys(camera):

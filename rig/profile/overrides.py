@@ -1,9 +1,9 @@
 """Single values of a profile replaced from outside the file: `--set key.path=value`."""
 
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol, cast
 
+from rig.bounded_text import parse_toml
 from rig.errors import OptionError
 
 _ALTERNATIVES: Mapping[tuple[str, ...], str] = {
@@ -120,6 +120,6 @@ def _names(entries: Sequence[Any]) -> list[str]:
 
 def _toml_value(text: str) -> Any:
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        return parse_toml(f"value = {text}")["value"]
+    except ValueError:
         return text

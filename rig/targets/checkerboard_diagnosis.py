@@ -8,6 +8,7 @@ from rig.geometry.homography import fit_homography, grid_places, map_points
 from rig.targets.checkerboard import Checkerboard
 from rig.targets.lattice import Lattice
 from rig.targets.pyramid import Image
+from rig.targets.smooth_lines import smooth_triples
 
 MIN_SIDE_PX = 6.0
 """Smaller squares leave no room between one edge and the next."""
@@ -56,13 +57,23 @@ def why_not(image: Image, board: Checkerboard, seen: list[Lattice]) -> TargetErr
 
 
 def _is_plane(lattice: Lattice) -> bool:
-    """Whether it looks like a flat board rather than chance."""
+    """Whether it looks like a flat board rather than chance; wide lenses bend what is flat."""
     found = lattice.found
     if int(found.sum()) < _FEWEST:
         return False
+    if _is_even(lattice):
+        return True
     places, xy_px = grid_places(*lattice.shape)[found], lattice.xy_px[found]
     apart = map_points(fit_homography(places, xy_px), places) - xy_px
     return float(np.sqrt(np.mean(apart**2))) < _MAX_UNEVEN * lattice.side_px
+
+
+def _is_even(lattice: Lattice) -> bool:
+    """Whether it is wholly seen, and all its lines are smooth."""
+    lines = (lattice.xy_px, lattice.xy_px.transpose(1, 0, 2))
+    return bool(lattice.found.all()) and all(
+        smooth_triples(points, _MAX_UNEVEN).all() for points in lines
+    )
 
 
 def _size(lattice: Lattice, asked: str) -> TargetError | None:

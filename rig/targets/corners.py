@@ -20,6 +20,7 @@ from rig.targets.corner_fit import CrossingFit, fit_crossings
 from rig.targets.lattice import Lattice, cut_to_size, grow_lattices
 from rig.targets.pyramid import Image, at_level, from_level, pyramid, search_order
 from rig.targets.saddles import find_saddles
+from rig.targets.smooth_lines import smooth_triples
 
 _LEVELS = 3
 _SMOOTH_PX = 1.0
@@ -28,8 +29,11 @@ _SHARP_PX, _BLURRED_PX = 1.0, 2.5
 """Blur of the picture in which corners are measured best, where there is a finer or coarser one."""
 _MIN_FOUND = 0.85
 """Share of the corners that must be seen before the missing ones are looked for."""
+_NEAREST = 12
+"""Corners about a missing one that tell where it is."""
 _MAX_BEND = 0.3
-"""Second difference along a row or column, in steps, above which a corner is not of the board."""
+"""Change of step along a row or column, in steps, above which a corner is not of the board; where a
+lens bends the line, change of that change."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,14 +172,19 @@ def _black_first(lattice: Lattice) -> bool:
 
 
 def _completed(xy_px: Float) -> Float:
-    """Missing corners where a homography through the others puts them."""
+    """Missing corners where a homography through the nearest others puts them.
+
+    Through all of them a wide lens would put it far off.
+    """
     found = np.isfinite(xy_px[..., 0])
-    if found.all():
-        return xy_px
-    rows, columns = found.shape
-    places = grid_places(rows, columns)
-    homography = fit_homography(places[found], xy_px[found])
-    return np.where(found[..., None], xy_px, map_points(homography, places))
+    places = grid_places(*found.shape)
+    whole = xy_px.copy()
+    for place in np.argwhere(~found):
+        apart = np.linalg.norm(places[found] - places[tuple(place)], axis=1)
+        near = np.argsort(apart, kind="stable")[:_NEAREST]
+        homography = fit_homography(places[found][near], xy_px[found][near])
+        whole[tuple(place)] = map_points(homography, places[tuple(place)][None])[0]
+    return whole
 
 
 def _crossings(picture: NDArray[np.float32], start: Float) -> CrossingFit:
@@ -195,14 +204,9 @@ def _is_board(fit: CrossingFit, board: Checkerboard) -> bool:
     row, column = np.indices((board.rows, board.columns))
     signed = fit.contrast.reshape(row.shape) * np.where((row + column) % 2, -1, 1)
     xy_px = fit.xy_px.reshape(*row.shape, 2)
-    bend = max(_bend(xy_px, axis) for axis in (0, 1))
-    return bool((signed > 0).all() or (signed < 0).all()) and bend < _MAX_BEND
-
-
-def _bend(xy_px: Float, axis: int) -> float:
-    """Largest change of step along an axis, over the shortest step."""
-    change = np.linalg.norm(np.diff(xy_px, 2, axis), axis=-1)
-    return float(change.max() / np.linalg.norm(np.diff(xy_px, 1, axis), axis=-1).min())
+    lines = (xy_px, xy_px.transpose(1, 0, 2))
+    is_smooth = all(smooth_triples(points, _MAX_BEND).all() for points in lines)
+    return bool((signed > 0).all() or (signed < 0).all()) and is_smooth
 
 
 def _checked(corners: Corners) -> Corners:

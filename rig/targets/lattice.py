@@ -8,10 +8,12 @@ from numpy.typing import NDArray
 from rig.arrays import Float
 from rig.targets.links import neighbours
 from rig.targets.saddles import Saddles
+from rig.targets.smooth_lines import smooth_triples
 
 _FEWEST = 9
 _MAX_BEND = 0.15
-"""Change of step, in steps, from one square to the next: perspective and distortion stay below."""
+"""Change of step, in steps, from one square to the next: perspective stays below, and the bend of
+a lens changes by less."""
 _LOOSE_PX = 0.7
 """What three corners may add to it before they are refined."""
 
@@ -124,15 +126,15 @@ def _on_grid(placed: dict[tuple[int, int], int], saddles: Saddles) -> Lattice:
 
 
 def without_strays(lattice: Lattice, share: float) -> Lattice:
-    """Drop points that lie on no straight line, then outer lines that are mostly empty.
+    """Drop points that lie on no smooth line, then outer lines that are mostly empty.
 
     Args:
         lattice: As it was walked; chance saddles beside the board may have joined it.
         share: Least share of its places that an outer row or column must have.
     """
-    straight = _straight(lattice.xy_px)[..., None]
-    xy_px = np.where(straight, lattice.xy_px, np.nan)
-    bright = np.where(straight, lattice.bright, np.nan)
+    smooth = _on_smooth_lines(lattice.xy_px)[..., None]
+    xy_px = np.where(smooth, lattice.xy_px, np.nan)
+    bright = np.where(smooth, lattice.bright, np.nan)
     lattice = Lattice(xy_px, bright)
     while min(lattice.shape) > 1:
         filled, rest = min(_ends(lattice, axes=(0, 1)), key=lambda end: end[0])
@@ -164,17 +166,18 @@ def _ends(lattice: Lattice, *, axes: tuple[int, ...]) -> list[tuple[float, tuple
     return ends
 
 
-def _straight(xy_px: Float) -> NDArray[np.bool_]:
-    """(R, C) False where every row or every column of three that holds the point is bent."""
+def _on_smooth_lines(xy_px: Float) -> NDArray[np.bool_]:
+    """(R, C) False where every row or every column of three that holds the point is broken."""
     keep = np.ones(xy_px.shape[:2], np.bool_)
     for points, kept in ((xy_px, keep), (xy_px.transpose(1, 0, 2), keep.T)):
-        step = np.diff(points, axis=0)
-        length = np.linalg.norm(step, axis=-1)
-        bend = np.linalg.norm(np.diff(step, axis=0), axis=-1)
-        allowed = _MAX_BEND * np.minimum(length[1:], length[:-1]) + _LOOSE_PX
-        bent, good = np.zeros_like(kept), np.zeros_like(kept)
+        if len(points) < 3:
+            continue
+        smooth = smooth_triples(points, _MAX_BEND, _LOOSE_PX)
+        known = np.isfinite(points[..., 0])
+        whole = known[2:] & known[1:-1] & known[:-2]
+        broken, good = np.zeros_like(kept), np.zeros_like(kept)
         for place in (slice(None, -2), slice(1, -1), slice(2, None)):
-            bent[place] |= bend > allowed
-            good[place] |= bend <= allowed
-        kept &= good | ~bent
+            broken[place] |= whole & ~smooth
+            good[place] |= whole & smooth
+        kept &= good | ~broken
     return keep

@@ -40,8 +40,14 @@ class Pair:
     """Whether they disagree."""
 
 
-def compare_views(observed: Observations, alone: Alone) -> list[Pair]:
-    """Compare all pairs of views in every picture."""
+def compare_views(observed: Observations, alone: Alone, least_px: float) -> list[Pair]:
+    """Compare all pairs of views in every picture.
+
+    Args:
+        observed: the points.
+        alone: where each view puts the board.
+        least_px: views whose points are apart by less, rms, agree.
+    """
     pairs: list[Pair] = []
     size = np.diff(observed.start)
     for picture in range(len(observed.pictures)):
@@ -52,13 +58,17 @@ def compare_views(observed: Observations, alone: Alone) -> list[Pair]:
             # Inverse of the sum of covariances, without inverting either.
             information = first @ np.linalg.solve(first + second, second)
             square = float(motion @ information @ motion)
-            # Points apart, in units of the noise of the better determined view.
-            square_per_point = min(
-                float(motion @ first @ motion) / size[one],
-                float(motion @ second @ motion) / size[other],
-            )
-            apart = square > 6 * _SIGMAS**2 and square_per_point > _TIMES_NOISE**2
             views = (int(observed.view[one]), int(observed.view[other]))
+            # How far points are apart, in units of the noise of either view.
+            times_noise = np.sqrt(
+                [motion @ first @ motion / size[one], motion @ second @ motion / size[other]]
+            )
+            apart_px = float(np.min(times_noise * alone.noise_px[list(views)]))
+            apart = (
+                square > 6 * _SIGMAS**2
+                and float(times_noise.min()) > _TIMES_NOISE
+                and apart_px > least_px
+            )
             pairs.append(Pair(picture, views, (one, other), motion, information, apart))
     return pairs
 

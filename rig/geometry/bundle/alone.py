@@ -24,11 +24,14 @@ class Alone:
     its origin and shift (mm). A camera that stands elsewhere than believed gives the same motion in
     every picture."""
     information: Float
-    """(S, 6, 6) inverse covariance of `motion`, for the noise of the view."""
+    """(S, 6, 6) inverse covariance of `motion`, for the larger noise of the view's and the
+    sighting's."""
     noise_ratio: Float
     """(S,) noise of the points about the own pose over that of the view."""
     noise_px: Float
     """(V,) noise of a typical point, per coordinate."""
+    scatter_px: Float
+    """(S,) the same of a typical point of a sighting."""
 
 
 def fit_alone(adjusted: Adjusted) -> Alone:
@@ -57,7 +60,8 @@ def fit_alone(adjusted: Adjusted) -> Alone:
     own, linear = settle(each, rough, weight, _STEPS)
     scatter = measure_scatter(single, linear.residual_px, views)
     view_of = observed.view[observed.sighting_of_point]
-    even = (observed.sigma_px * scatter.view_scale[view_of]) ** -2.0
+    told_px = np.hypot(observed.sigma_px, scatter.floor_px[view_of])
+    even = (told_px * scatter.view_scale[view_of]) ** -2.0
     pose = form(single, problem.target, own, layout, linear, even, None).pose
     pivot = common.board_shift_mm
     turn = turn_between(own.board_rotation, common.board_rotation)
@@ -65,11 +69,14 @@ def fit_alone(adjusted: Adjusted) -> Alone:
     # The board turns about its own origin, the frame about that of the reference view.
     board_by_frame = np.broadcast_to(np.eye(6), (count, 6, 6)).copy()
     board_by_frame[:, 3:, :3] = -cross_matrix(pivot)
+    own_noise = np.maximum(scatter.sighting_scale, 1.0)[:, None, None] ** 2
     return Alone(
         motion=np.concatenate([turn, shift], axis=1),
-        information=times(np.swapaxes(board_by_frame, 1, 2), times(pose, board_by_frame)),
+        information=times(np.swapaxes(board_by_frame, 1, 2), times(pose, board_by_frame))
+        / own_noise,
         noise_ratio=scatter.sighting_scale,
         noise_px=np.array([_median(scatter.sigma_px[view_of == view]) for view in range(views)]),
+        scatter_px=np.array([_median(scatter.sigma_px[single.points(n)]) for n in range(count)]),
     )
 
 

@@ -14,6 +14,12 @@ from rig.geometry.rig_geometry import RigGeometry
 
 _BLURRED = 2.0
 """Sightings so many times as noisy as the others of their view are blurred."""
+_HARMLESS_SHARE = 1e-3
+"""Of the disparity at the distance of the headline: what moves points by less costs less depth than
+that, however sure it is, and the fits of corners miss by about as much on small, steep boards."""
+_HARMLESS_MM = 1000.0
+_FINEST_PX, _COARSEST_PX = 0.03, 0.1
+"""Bounds of that where views are close together or far apart."""
 _LATE_SHARE = 0.4
 """A view that disagrees in more than this share of its pictures is not synchronised; fewer are
 single pictures in which something moved."""
@@ -33,14 +39,23 @@ def find_bad_data(adjusted: Adjusted, geometry: RigGeometry, steps: Float | None
         steps: (V, 2) where the profile places the views.
     """
     alone = fit_alone(adjusted)
-    pairs = compare_views(adjusted.problem.observed, alone)
+    least_px = _harmless_px(geometry)
+    pairs = compare_views(adjusted.problem.observed, alone, least_px)
     swapped, kept = _swapped_pictures(adjusted, geometry, pairs)
     reasons = swapped_layout(geometry, steps) if steps is not None else []
     reasons += swapped
     reasons += _moved(adjusted, geometry, kept)
     explained = {sighting for pair in pairs if pair.apart for sighting in pair.sightings}
-    reasons += _blurred(adjusted, geometry, alone, explained)
+    reasons += _blurred(adjusted, geometry, alone, explained, least_px)
     return reasons + wrong_square(geometry)
+
+
+def _harmless_px(geometry: RigGeometry) -> float:
+    """How far points may be off without a word."""
+    centres = geometry.centres_mm()
+    widest_mm = float(np.linalg.norm(centres - centres[geometry.reference], axis=1).max())
+    disparity_px = geometry.cameras[geometry.reference].fx_px * widest_mm / _HARMLESS_MM
+    return float(np.clip(_HARMLESS_SHARE * disparity_px, _FINEST_PX, _COARSEST_PX))
 
 
 def swapped_layout(geometry: RigGeometry, steps: Float) -> list[Reason]:
@@ -176,10 +191,14 @@ def _with_one_partner(pairs: Sequence[Pair]) -> list[Pair]:
 
 
 def _blurred(
-    adjusted: Adjusted, geometry: RigGeometry, alone: Alone, explained: set[int]
+    adjusted: Adjusted,
+    geometry: RigGeometry,
+    alone: Alone,
+    explained: set[int],
+    least_px: float,
 ) -> list[Reason]:
     observed = adjusted.problem.observed
-    worst = alone.noise_ratio > _BLURRED
+    worst = (alone.noise_ratio > _BLURRED) & (alone.scatter_px > least_px)
     worst[list(explained)] = False
     if not worst.any():
         return []

@@ -206,7 +206,7 @@ def test_a_corner_off_every_line_is_a_stray(off_px: float, is_kept: bool, axis: 
 def test_a_stray_takes_neighbours_along_that_have_no_other_line() -> None:
     lattice = grid(5, 5)
     lattice.xy_px[2, 2] += (3.0, 8.0)
-    keep = lattices._straight(lattice.xy_px)
+    keep = lattices._on_smooth_lines(lattice.xy_px)
     assert np.argwhere(~keep).tolist() == [
         [0, 2],
         [1, 2],
