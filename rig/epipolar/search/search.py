@@ -54,10 +54,13 @@ class Effort(IntEnum):
 
 def effort_of(cameras: Cameras, window: Window) -> Effort:
     """How `search` will look for the slopes of a window."""
-    if wide_share(window, cameras) < _FEW:
+    side, share = min(window.low_px.shape), wide_share(window, cameras)
+    # Smaller pictures need two rows and two columns to be searched.
+    if share == 0 or (share < _FEW and side >= 2 * _FEW_SHRINK):
         return Effort.FOLLOWED
     width_px = float(window.high_px.max()) - float(window.low_px.min())
-    return Effort.COARSE if width_px > _COARSE_FROM_LABELS * cameras.step_px else Effort.FULL
+    is_wide = width_px > _COARSE_FROM_LABELS * cameras.step_px
+    return Effort.COARSE if is_wide and side >= 2 * _COARSE_SHRINK else Effort.FULL
 
 
 def wide_share(window: Window, cameras: Cameras) -> float:
