@@ -43,9 +43,7 @@ def test_summed_costs_are_those_of_the_four_paths(shape: tuple[int, int, int]):
     rng = np.random.default_rng(shape[0])
     costs = rng.integers(0, 241, shape)
     jump_x, jump_y = rng.integers(5, 90, (2, shape[0], shape[2]))
-    found = aggregate(
-        costs.astype(np.uint8), jump_x.astype(np.int16), jump_y.astype(np.int16), 7
-    )
+    found = aggregate(costs.astype(np.uint8), jump_x.astype(np.int16), jump_y.astype(np.int16), 7)
     assert np.array_equal(found, four_paths(costs, jump_x, jump_y, 7))
 
 

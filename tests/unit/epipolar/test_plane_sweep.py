@@ -34,7 +34,9 @@ def pixel_costs(shown: Shown, against: Callable[[int, int, int], float], slope: 
         for v, u in np.ndindex(SHAPE):
             seen = [(i, shown(i, v, u, slope[v, u])) for i in np.flatnonzero(half == h)]
             found = [
-                min(abs(grey - against(i, v, u)), TRUNCATION) for i, grey in seen if grey is not None
+                min(abs(grey - against(i, v, u)), TRUNCATION)
+                for i, grey in seen
+                if grey is not None
             ]
             if found:
                 cost[v, u] = sum(found) / len(found)
@@ -105,9 +107,7 @@ def test_costs_of_a_sweep(
     centres: NDArray[np.float32] | None,
     drift: NDArray[np.float32] | None,
 ):
-    costs = sweep_costs(
-        IMAGES, X_STEPS, Y_STEPS, REFERENCE, LABELS_PX, TRUNCATION, centres, drift
-    )
+    costs = sweep_costs(IMAGES, X_STEPS, Y_STEPS, REFERENCE, LABELS_PX, TRUNCATION, centres, drift)
     for k, label in enumerate(LABELS_PX):
         expected = joined(pixel_costs(bilinear, against, np.full(SHAPE, float(label))))
         assert np.abs(costs[:, k] - np.floor(expected)).max() <= 1
