@@ -78,9 +78,9 @@ class Covering:
         return sum(self._durations_s[test] for test in tests)
 
     def tests(self, path: str, line: int) -> list[str]:
-        """Return the names of the tests that run a line: of files that import its file, then others.
+        """Return the names of the tests that run a line, those of its importers first.
 
-        The quickest first, of each.
+        Of these, and of the others, the quickest first.
         """
         module = self._modules[path]
         own = {file for file, text in self._test_sources.items() if module in _imported(text)}

@@ -56,7 +56,7 @@ def plain_winner(cost: Costs, low_px: float, high_px: float) -> float:
     middle = round(0.5 * (low + high))
     last = len(cost) - 1
     first = min(max(min(np.ceil(low - 1e-3), middle), 0), last)
-    final = min(max(max(np.floor(high + 1e-3), middle), 0), last)
+    final = min(max(np.floor(high + 1e-3), middle, 0), last)
     taken = [k for k in range(len(cost)) if first <= k <= final]
     best = min(taken, key=lambda k: (cost[k], k))
     found = float(LABELS_PX[best])
