@@ -131,3 +131,17 @@ def test_a_view_without_texture_tells_nothing_and_moves_nothing():
     assert not found.scatter.any()
     # Six views that agree and the reference: 7 - 2 * 7 / 7.
     assert found.freedom[6, 8] == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(("x_step", "y_step"), [(-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0)])
+def test_one_view_on_any_side_sees_what_it_shows(x_step: float, y_step: float):
+    images = np.zeros((2, *SHAPE), np.float32)
+    found = fit_lines(
+        images, np.array([0.0, x_step]), np.array([0.0, y_step]), 0,
+        np.full(SHAPE, 2.0, np.float32), np.zeros((2, *SHAPE), np.bool_), SCALE, 0.0, (0.0, 0.0, 0.0), REACH_PX,
+    )  # fmt: skip
+    rows, columns = np.mgrid[0 : SHAPE[0], 0 : SHAPE[1]]
+    x, y = columns - 2 * x_step, rows - 2 * y_step
+    is_shown = (x >= 0) & (x < SHAPE[1]) & (y >= 0) & (y < SHAPE[0])
+    assert np.array_equal(found.sight == SEEN, is_shown)
+    assert np.array_equal(found.sight == UNSEEN, ~is_shown)
