@@ -138,7 +138,8 @@ def test_one_view_on_any_side_sees_what_it_shows(x_step: float, y_step: float):
     images = np.zeros((2, *SHAPE), np.float32)
     found = fit_lines(
         images, np.array([0.0, x_step]), np.array([0.0, y_step]), 0,
-        np.full(SHAPE, 2.0, np.float32), np.zeros((2, *SHAPE), np.bool_), SCALE, 0.0, (0.0, 0.0, 0.0), REACH_PX,
+        np.full(SHAPE, 2.0, np.float32), np.zeros((2, *SHAPE), np.bool_), SCALE, 0.0,
+        (0.0, 0.0, 0.0), REACH_PX,
     )  # fmt: skip
     rows, columns = np.mgrid[0 : SHAPE[0], 0 : SHAPE[1]]
     x, y = columns - 2 * x_step, rows - 2 * y_step
