@@ -285,7 +285,7 @@ def test_edges_are_the_steep_pixels_that_all_views_see():
     assert (x.min(), x.max()) == (9, 70)
     assert (y.min(), y.max()) == (6, 56)
     assert paths.places_px[1] == pytest.approx(paths.pixels - [[6], [0]])
-    assert paths.places_px[2] == pytest.approx(paths.pixels + [[6], [-3]])
+    assert paths.places_px[2] == pytest.approx(paths.pixels - [[-6], [3]])
     assert paths.rates[:, :, 0] == pytest.approx(np.array([[0, 0], [-1, 0], [1, -0.5]]))
     assert paths.turns == pytest.approx(np.stack([np.eye(2)] * 3))
     near_edge = np.minimum(np.abs((x + 0.5) % 15 - 0), 15 - (x + 0.5) % 15) < 3
