@@ -183,6 +183,10 @@ def test_what_views_contradict_spreads_over_a_region_that_is_contradicted_by_hal
     assert (found[:, :28] == 1).all()
     # A spot is 5 pixels wide: the limit of 1.65 lies where more than 4 of them are contradicted.
     assert found[20, 35] == found[20, 40] == 0
+    stripe = filled(0.0)
+    stripe[:, 24:27] = 3.0
+    # Three of five pixels with 3 are 1.8 in the mean.
+    assert np.flatnonzero(contradicted(stripe)[20]).tolist() == [24, 25, 26]
     misfit = filled(1.6)
     assert not contradicted(misfit).any()
     assert contradicted(filled(1.7)).all()
