@@ -12,16 +12,22 @@ RNG = np.random.default_rng(8)
 
 @pytest.mark.parametrize(
     ("x_steps", "y_steps"),
-    [((0.0, 1.0), (0.0, 0.0)), ((0.0, 1.0, 2.0), (0.0, 0.0, 1.0)), ((0.0, 0.0), (0.0, -1.0))],
+    [
+        ((0.0, 1.0), (0.0, 0.0)),
+        ((0.0, 1.0, 2.0), (0.0, 0.0, 1.0)),
+        ((0.0, 0.0), (0.0, -1.0)),
+        ((0.0, 0.25), (0.0, 0.0)),
+    ],
 )
 def test_slopes_are_shared_where_the_other_view_finds_them(
     x_steps: tuple[float, ...], y_steps: tuple[float, ...]
 ):
     cameras = Cameras(np.array(x_steps), np.array(y_steps), 0)
-    labels = np.arange(-2, 5, dtype=np.float32)
+    apart_px = 4.0 if x_steps[-1] == 0.25 else 1.0
+    labels = apart_px * np.arange(-2, 5, dtype=np.float32)
     height, width = 9, 11
     total = RNG.integers(0, 30, (height, len(labels), width)).astype(np.int16)
-    slope = RNG.uniform(-2.4, 4.4, (height, width)).astype(np.float32)
+    slope = apart_px * RNG.uniform(-2.4, 4.4, (height, width)).astype(np.float32)
     found = shared_slopes(total, labels, slope, cameras)
     x_step, y_step = x_steps[-1], y_steps[-1]
     best: dict[tuple[int, int], tuple[int, int, int]] = {}
@@ -29,7 +35,7 @@ def test_slopes_are_shared_where_the_other_view_finds_them(
         place = v - round(labels[k] * y_step), u - round(labels[k] * x_step)
         here = int(total[v, k, u]), v, k  # of equal costs the first that was looked at
         best[place] = min(best.get(place, here), here)
-    limit = 0.75 / np.hypot(x_step, y_step) + 0.5
+    limit = 0.75 / np.hypot(x_step, y_step) + 0.5 * apart_px
     expected = np.zeros((height, width), bool)
     for v, u in np.ndindex(height, width):
         m = float(slope[v, u])
