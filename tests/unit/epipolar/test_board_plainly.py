@@ -75,7 +75,7 @@ def gaussian_sum(influence: Array, pixels: Array, reach_px: float) -> Array:
     return influence @ np.exp(-0.5 * square / reach_px**2) @ influence.T
 
 
-def scores(pixels: Array, side: int) -> Scores:
+def scores(pixels: Array) -> Scores:
     count = pixels.shape[1]
     design = np.stack([np.ones(count), *(pixels - pixels.mean(axis=1, keepdims=True))])
     rate, residual = RNG.normal(0, 5, (3, count)), RNG.normal(0, 2, (3, count))
@@ -86,7 +86,7 @@ def scores(pixels: Array, side: int) -> Scores:
 @pytest.mark.parametrize(("side_px", "reach_px"), [(3.0, 2.0), (6.0, 3.0), (90.0, 12.0)])
 def test_covariance_sums_the_products_of_neighbouring_scores(side_px: float, reach_px: float):
     rows, columns = np.nonzero(RNG.random((26, 31)) < 0.2)
-    told = scores(np.stack([columns + 7.0, rows + 3.0]), 31)
+    told = scores(np.stack([columns + 7.0, rows + 3.0]).astype(np.float64))
     weight = (told.rate**2).sum(axis=0)
     share = gaussian_sum((weight / weight.sum())[None], told.pixels, reach_px)[0, 0]
     spare = max(1 - 3 * share, 0.25)
@@ -100,8 +100,8 @@ def test_covariance_sums_the_products_of_neighbouring_scores(side_px: float, rea
 
 def test_asymmetry_is_what_a_free_bend_of_each_view_takes_from_the_slope():
     rows, columns = np.nonzero(np.ones((14, 16)))
-    pixels = np.stack([columns + 5.0, rows + 2.0])
-    plain = scores(pixels, 16)
+    pixels = np.stack([columns + 5.0, rows + 2.0]).astype(np.float64)
+    plain = scores(pixels)
     bend = RNG.normal(0, 3, (2, pixels.shape[1]))
     rate = plain.rate
     truth = np.array([0.4, 0.002, -0.003])
@@ -178,7 +178,7 @@ def plain_dense(
     plane = np.array(board.plane)
 
     def weights() -> tuple[Array, Array, Array]:
-        rest = value - design @ plane
+        rest = np.asarray(value - design @ plane, np.float64)
         z = rest / sigma
         square = (z / (4.685 * 1.4826 * np.median(np.abs(z)))) ** 2
         w = np.where(square < 1, (1 - square) ** 2, 0) / sigma**2

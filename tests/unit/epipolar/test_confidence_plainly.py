@@ -37,7 +37,7 @@ EVIDENCE = Evidence(
 
 
 def told(evidence: Evidence, slope: NDArray[np.float32] | float = 1.0) -> SlopeMap:
-    slopes = filled(slope) if isinstance(slope, float) else slope
+    slopes = slope if isinstance(slope, np.ndarray) else filled(slope)
     return judge(slopes, evidence, STEP_PX, RANGE_PX, ("said before",))
 
 

@@ -48,7 +48,8 @@ def test_a_rival_stands_where_it_fits_as_well_within_the_noise(is_drifting: bool
     splines = pad(images, X_STEPS, Y_STEPS)
     found = contested(splines, slope, rival, cameras, SCALES, images[0], drift)
     grey = images[0].astype(float)
-    power = sum((sobel(grey, axis, mode="mirror") / 8) ** 2 for axis in (0, 1))
+    across, down = (sobel(grey, axis, mode="mirror") / 8 for axis in (0, 1))
+    power = np.asarray(across**2 + down**2, np.float64)
     variance = 2 * 6.0**2 + (0.3**2 + 0.4**2) * power
     rows, columns = range(0, SHAPE[0], 2), range(0, SHAPE[1], 2)
     gap = np.zeros((len(rows), len(columns)))

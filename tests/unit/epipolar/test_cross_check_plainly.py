@@ -32,7 +32,7 @@ def test_slopes_are_shared_where_the_other_view_finds_them(
     x_step, y_step = x_steps[-1], y_steps[-1]
     best: dict[tuple[int, int], tuple[int, int, int]] = {}
     for v, k, u in np.ndindex(total.shape):
-        place = v - round(labels[k] * y_step), u - round(labels[k] * x_step)
+        place = v - round(float(labels[k]) * y_step), u - round(float(labels[k]) * x_step)
         here = int(total[v, k, u]), v, k  # of equal costs the first that was looked at
         best[place] = min(best.get(place, here), here)
     limit = 0.75 / np.hypot(x_step, y_step) + 0.5 * apart_px

@@ -77,7 +77,7 @@ def plain_drift(
                     apart = (float(slope[rows[i + dy], columns[k + dx]]) - here) / GATE_PX
                     gate = max(1 - apart**2, 0) ** 2 * (1 - (dy**2 + dx**2) / (RADIUS + 1) ** 2)
                     near.append((gate, points[i + dy, k + dx]))
-        xx, xy, yy, xj, yj, xg, yg, jj, jg = sum(gate * one for gate, one in near)
+        xx, xy, yy, xj, yj, xg, yg, jj, jg = np.sum([gate * one for gate, one in near], axis=0)
         jj += LEAST_TILT**2
         tiny = 1e-4 * (xx + yy) + 1e-9
         normal = np.array([[xx - xj * xj / jj + tiny, xy - xj * yj / jj],

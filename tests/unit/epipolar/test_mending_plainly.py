@@ -132,7 +132,7 @@ def plain_field(
     x: Array, y: Array, values: Array, sigmas: Array, scale: float
 ) -> tuple[Array, Array, float]:
     design, prior = basis(x, y, SHAPE), np.diag(1 / (scale * HELD) ** 2)
-    found = np.zeros(TERMS)
+    found, covariance, spread = np.zeros(TERMS), prior, 1.0
     found[0] = np.median(values)
     for _ in range(5):
         rest = (values - design @ found) / sigmas
@@ -517,7 +517,7 @@ def test_views_are_brought_to_the_grey_scale_of_the_reference():
 def test_unrelated_pictures_do_not_agree():
     images, cameras, first = pairs_scene(40)
     other = RNG.permutation(images[1].ravel()).reshape(images[1].shape)
-    mixed = np.stack([images[0], other])
+    mixed = np.stack([images[0], other]).astype(np.float32)
     found = equalise(mixed, cameras, replace(first, images=mixed))
     assert found.agreement[1] < 0.5
 

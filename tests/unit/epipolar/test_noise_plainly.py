@@ -50,7 +50,7 @@ def lines_of(freedom: float, **maps: NDArray[np.float32]) -> LineFits:
     )  # fmt: skip
 
 
-def blurred(values: NDArray[np.float32], radius_px: int) -> NDArray[np.float64]:
+def blurred(values: NDArray[np.floating], radius_px: int) -> NDArray[np.float64]:
     side = 2 * radius_px + 1
     return correlate(values.astype(float), np.full((side, side), 1 / side**2), mode="mirror")
 

@@ -168,14 +168,9 @@ def test_patches_reach_to_five_pixels_from_the_rim_of_the_reference():
         REFERENCE, REFERENCE, rows, columns, np.full(6, 2.0), np.zeros(6), (1.0, 0.5), 3.0
     )
     inner = find_patches(
-        REFERENCE,
-        REFERENCE,
-        np.array([6, 38]),
-        np.array([6, 50]),
-        *np.zeros((2, 2)),
-        (1.0, 0.0),
-        3.0,
-    )
+        REFERENCE, REFERENCE, np.array([6, 38]), np.array([6, 50]), np.zeros(2), np.zeros(2),
+        (1.0, 0.0), 3.0,
+    )  # fmt: skip
     assert set(found.rows.tolist()) <= {20}
     assert inner.rows.tolist() == [6, 38]
     assert inner.along_px == pytest.approx([0, 0], abs=1e-6)
@@ -184,8 +179,8 @@ def test_patches_reach_to_five_pixels_from_the_rim_of_the_reference():
 @pytest.mark.parametrize("level", [0.0, 70.0])
 def test_a_plain_patch_is_found_nowhere(level: float):
     flat = np.full(SHAPE, level, np.float32)
-    place = np.array([20]), np.array([20])
+    place, begin = (np.array([20]), np.array([20])), (np.zeros(1), np.zeros(1))
     for one, other in ((flat, REFERENCE), (REFERENCE, flat), (flat, flat)):
-        assert len(find_patches(one, other, *place, *np.zeros((2, 1)), STEPS, 3.0).rows) == 0
+        assert len(find_patches(one, other, *place, *begin, STEPS, 3.0).rows) == 0
     stripes = (REFERENCE[:1] + np.zeros(SHAPE)).astype(np.float32)
-    assert len(find_patches(stripes, stripes, *place, *np.zeros((2, 1)), STEPS, 3.0).rows) == 0
+    assert len(find_patches(stripes, stripes, *place, *begin, STEPS, 3.0).rows) == 0

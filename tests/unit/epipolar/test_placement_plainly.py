@@ -163,9 +163,10 @@ def plain_expectation(
             shift, step = square[:, :2].mean(), square[:, 2:].mean()
             expected[kind] = np.maximum([shift, shift, step, step], floor**2)
         expected[reference] = (1e-3 * floor) ** 2
-        covariance = np.linalg.inv(fit.information + np.diag(1 / expected.ravel()))
+        inverse = np.linalg.inv(fit.information + np.diag(1 / expected.ravel()))
+        covariance = np.asarray(inverse, np.float64)
         found = (covariance @ fit.right).reshape(5, 4)
-    return found, covariance
+    return np.asarray(found, np.float64), covariance
 
 
 @pytest.mark.parametrize(

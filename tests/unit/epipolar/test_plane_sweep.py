@@ -32,7 +32,8 @@ def pixel_costs(shown: Shown, against: Callable[[int, int, int], float], slope: 
     for h in range(4):
         cost = np.full(SHAPE, np.inf)
         for v, u in np.ndindex(SHAPE):
-            seen = [(i, shown(i, v, u, slope[v, u])) for i in np.flatnonzero(half == h)]
+            m = float(slope[v, u])
+            seen = [(i, shown(i, v, u, m)) for i in np.flatnonzero(half == h).tolist()]
             found = [
                 min(abs(grey - against(i, v, u)), TRUNCATION)
                 for i, grey in seen
@@ -127,7 +128,7 @@ def test_costs_around_a_hypothesis_are_those_of_every_pixels_own_slope():
     offsets = np.array([-0.75, 0.0, 1.25], np.float32)
     costs = narrow_costs(IMAGES, X_STEPS, Y_STEPS, REFERENCE, centre, offsets, TRUNCATION)
     for k, offset in enumerate(offsets):
-        means = pixel_costs(cubic, lambda i, v, u: plain(v, u), centre + float(offset))
+        means = pixel_costs(cubic, lambda i, v, u: plain(v, u), (centre + offset).astype(float))
         expected = joined(means)
         assert np.abs(costs[:, k] - np.floor(expected)).max() <= 1
 

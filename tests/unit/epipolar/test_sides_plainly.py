@@ -32,7 +32,8 @@ def sides_of(slope: NDArray[np.float64], v: int, u: int) -> tuple[float, float]:
     middle = 0.5 * (near_by.min() + near_by.max())
     weight = 1 / (1 + (rows - v) ** 2 + (columns - u) ** 2)
     far = near_by < middle
-    return tuple(float(np.average(near_by[s], weights=weight[s])) for s in (far, ~far))
+    one, other = (float(np.average(near_by[s], weights=weight[s])) for s in (far, ~far))
+    return one, other
 
 
 def differences(

@@ -31,8 +31,9 @@ MODULES = (
 
 
 @pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    kept: list[Figure] = []
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Every figure; what matplotlib says of the types of their parts is too wide to be of use."""
+    kept: list[Any] = []
 
     def keep(name: str, description: str, height_in: float, draw: Callable[[Figure], None]) -> str:
         def draw_and_keep(figure: Figure) -> None:
@@ -79,7 +80,7 @@ def assert_plotted(lines: Any, expected: list[np.ndarray]) -> None:
         assert data(line) == pytest.approx(wanted)
 
 
-def test_the_curve_is_drawn_over_its_range_with_all_stops(good: Reported, drawn: list[Figure]):
+def test_the_curve_is_drawn_over_its_range_with_all_stops(good: Reported, drawn: list[Any]):
     fit = good.result.fit
     points = tuple(s.point for s in good.result.stops if s.point is not None)
     curve_plots.slope_figure(fit, points)
@@ -106,7 +107,7 @@ def test_the_curve_is_drawn_over_its_range_with_all_stops(good: Reported, drawn:
     assert axes.get_ylim() == pytest.approx((told[:, 1].min() - room, told[:, 1].max() + room))
 
 
-def test_residuals_of_every_model_stand_about_zero(good: Reported, drawn: list[Figure]):
+def test_residuals_of_every_model_stand_about_zero(good: Reported, drawn: list[Any]):
     fit = good.result.fit
     curve_plots.residual_figure(fit)
     figure = drawn[0]
@@ -132,7 +133,7 @@ def test_residuals_of_every_model_stand_about_zero(good: Reported, drawn: list[F
         assert (left.get_xlabel() == right.get_xlabel() == curve_plots.DISTANCE) == is_last
 
 
-def test_held_out_errors_lie_in_the_band_of_the_headline(good: Reported, drawn: list[Figure]):
+def test_held_out_errors_lie_in_the_band_of_the_headline(good: Reported, drawn: list[Any]):
     fit = good.result.fit
     assert fit.holdout is not None
     curve_plots.holdout_figure(fit, fit.holdout, 0.3)
@@ -161,7 +162,7 @@ def test_held_out_errors_lie_in_the_band_of_the_headline(good: Reported, drawn: 
     assert gates[0].get_label().startswith("_")
 
 
-def test_scatter_direction_and_stillness_of_every_stop(good: Reported, drawn: list[Figure]):
+def test_scatter_direction_and_stillness_of_every_stop(good: Reported, drawn: list[Any]):
     evidence = gather(good.store, good.result)
     stops, curve = good.result.stops, good.result.fit.best
     stop_plots.repeat_figure(evidence)
@@ -200,7 +201,7 @@ def test_scatter_direction_and_stillness_of_every_stop(good: Reported, drawn: li
     assert directions.get_xlabel() == motion.get_xlabel() == curve_plots.DISTANCE
 
 
-def test_panels_without_numbers_say_why(least: Reported, drawn: list[Figure]):
+def test_panels_without_numbers_say_why(least: Reported, drawn: list[Any]):
     stop_plots.repeat_figure(gather(least.store, least.result))
     said = [[text.get_text() for text in axes.texts] for axes in drawn[0].axes]
     assert [len(one) for one in said] == [1, 1, 1, 1]
@@ -214,7 +215,7 @@ def test_panels_without_numbers_say_why(least: Reported, drawn: list[Figure]):
         assert not axes.get_lines()
 
 
-def test_estimators_are_compared_as_slope_and_as_depth(good: Reported, drawn: list[Figure]):
+def test_estimators_are_compared_as_slope_and_as_depth(good: Reported, drawn: list[Any]):
     gaps = estimator_gaps(good.result.stops, good.result.fit.best, 0.3)
     stop_plots.estimator_figure(gaps, 0.3)
     left, right = drawn[0].axes
@@ -233,7 +234,7 @@ def test_estimators_are_compared_as_slope_and_as_depth(good: Reported, drawn: li
         assert list(axes.get_lines()[2].get_ydata()) == [0.0, 0.0]
 
 
-def test_a_temperature_is_drawn_from_a_tenth_of_a_degree(good: Reported, drawn: list[Figure]):
+def test_a_temperature_is_drawn_from_a_tenth_of_a_degree(good: Reported, drawn: list[Any]):
     sample = good.store.samples(good.result.sweep_id)[0]
 
     def at(minutes: float, degc: float | None) -> Any:
@@ -250,7 +251,7 @@ def test_a_temperature_is_drawn_from_a_tenth_of_a_degree(good: Reported, drawn: 
     assert data(line) == pytest.approx(np.array([[0, 20.0], [5, 19.5], [8.5, 20.11]]))
 
 
-def test_epis_lie_between_their_views(drawn: list[Figure]):
+def test_epis_lie_between_their_views(drawn: list[Any]):
     grey = np.tile(np.arange(11, dtype=np.float32), (3, 1))
     edges = (
         EdgeLine(105.0, 2.0, Label.BEYOND), EdgeLine(103.0, -1.0, Label.NEARER),
@@ -313,7 +314,7 @@ def shown_of(every: list[Any], pictures: tuple[int, ...], **changes: Any) -> Sho
     return ShownCalibration("bench", calibration, **changes)
 
 
-def test_bars_stand_at_their_pictures(drawn: list[Figure]):
+def test_bars_stand_at_their_pictures(drawn: list[Any]):
     every = [
         residuals(4, 0, [1.0]), residuals(4, 1, [2.0]), residuals(7, 0, [3.0]),
         residuals(9, 1, [4.0], outlier=0), residuals(9, 0, [5.0, 7.0], outlier=0),
@@ -337,12 +338,12 @@ def test_bars_stand_at_their_pictures(drawn: list[Figure]):
 
 
 @pytest.mark.parametrize(("pictures", "every"), [(30, 1), (31, 2), (60, 2), (61, 3)])
-def test_at_most_thirty_pictures_are_numbered(drawn: list[Figure], pictures: int, every: int):
+def test_at_most_thirty_pictures_are_numbered(drawn: list[Any], pictures: int, every: int):
     error_plots.bar_figure(shown_of([residuals(0, 0, [1.0])], tuple(range(pictures))))
     assert list(drawn[0].axes[0].get_xticks()) == list(range(0, pictures, every))
 
 
-def test_residuals_are_exaggerated_by_the_usual_one(drawn: list[Figure]):
+def test_residuals_are_exaggerated_by_the_usual_one(drawn: list[Any]):
     lengths = [float(n) for n in range(1, 22)]
     every = [residuals(0, 0, [*lengths, 500.0], outlier=21)]
     error_plots.residual_figure(shown_of(every, (0,)))
@@ -357,7 +358,7 @@ def test_residuals_are_exaggerated_by_the_usual_one(drawn: list[Figure]):
     assert left.texts[0].get_text() == f"× {zoom:.0f}"
 
 
-def test_every_found_point_counts_for_coverage(drawn: list[Figure]):
+def test_every_found_point_counts_for_coverage(drawn: list[Any]):
     every = [residuals(0, 0, [1.0, 2.0], outlier=1), residuals(3, 0, [1.0])]
     error_plots.coverage_figure(shown_of(every, (0, 3)))
     first, second = drawn[0].axes[0].get_lines()
@@ -365,7 +366,7 @@ def test_every_found_point_counts_for_coverage(drawn: list[Figure]):
     assert data(second) == pytest.approx(np.array([[3, 0]]))
 
 
-def test_lenses_are_drawn_as_what_they_shift(drawn: list[Figure]):
+def test_lenses_are_drawn_as_what_they_shift(drawn: list[Any]):
     field_plots.distortion_figure(shown_of([], ()))
     bent, straight = drawn[0].axes
     (arrows,) = (c for c in bent.collections if isinstance(c, Quiver))
@@ -386,7 +387,7 @@ def test_lenses_are_drawn_as_what_they_shift(drawn: list[Figure]):
 
 
 def test_depth_errors_are_shown_in_per_cent_at_three_distances(
-    drawn: list[Figure], monkeypatch: pytest.MonkeyPatch
+    drawn: list[Any], monkeypatch: pytest.MonkeyPatch
 ):
     asked: list[tuple[float, tuple[int, ...]]] = []
 
@@ -416,7 +417,7 @@ def test_depth_errors_are_shown_in_per_cent_at_three_distances(
     assert field_plots.depth_sigma_figure(shown) is None
 
 
-def test_found_and_reprojected_corners_are_marked_on_their_pictures(drawn: list[Figure]):
+def test_found_and_reprojected_corners_are_marked_on_their_pictures(drawn: list[Any]):
     every = [residuals(1, 0, [1.0, 2.0, 3.0], outlier=2), residuals(1, 1, [1.0])]
     every[1].ids = np.array([5])
     grey = np.arange(400 * 640, dtype=np.uint8).reshape(400, 640)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from rig.arrays import Float
 from rig.geometry.bundle.hold_out import _part, picture_squares_px2
@@ -94,7 +95,7 @@ def of_sighting(solve: Solve, s: int) -> slice:
     return slice(2 * int(solve.observed.start[s]), 2 * int(solve.observed.start[s + 1]))
 
 
-def plain_notice(solve: Solve, resting: Float) -> tuple[float, Float]:
+def plain_notice(solve: Solve, resting: NDArray[np.bool_]) -> tuple[float, Float]:
     """How certain a motion is, and a first guess of its scales."""
     rows, residual, weight = rows_of(solve)
     information = rows.T @ (weight[:, None] * rows)
