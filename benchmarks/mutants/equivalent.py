@@ -222,6 +222,12 @@ _REASONS: dict[tuple[str, str, str, str], str] = {
         "(5)",
     ): "any number of threads writes the same pictures",
     (
+        "drivers/rig_drivers/v4l2/controls.py",
+        "number = 0",
+        "0",
+        "(1)",
+    ): "the numbers of controls begin far above both",
+    (
         "sim/rig_sim/firmware/zaber/messages.py",
         "address, axis = (*heads[:2], 0, 0)[:2]",
         "2",
