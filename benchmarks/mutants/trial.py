@@ -55,7 +55,7 @@ class Copy:
         self._warm.close()
 
     def try_fault(self, mutation: Mutation, tests: list[str], duration_s: float) -> Outcome:
-        """Run the tests of a fault, quickest first, until one fails."""
+        """Run the tests of a fault, as they are ordered, until one fails."""
         begin_s = time.monotonic()
         file = self._folder / mutation.path
         source, written = file.read_bytes(), file.stat()

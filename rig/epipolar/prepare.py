@@ -102,8 +102,7 @@ def prepare(
     warnings += mending.warnings(views.x_steps, views.y_steps)
     cameras = Cameras(views.x_steps, views.y_steps, views.reference)
     if strange.any():
-        is_known = wide_share(window, cameras) < FEW
-        effort = effort_of(cameras, window, is_known=is_known)
+        effort = effort_of(cameras, window)
     cross = mending.noise or rough_noise
     if cross is None and effort is Effort.FOLLOWED:
         cross = CrossNoise()
@@ -141,7 +140,7 @@ def _of_these(
         steady = None
     else:
         few = max(FEW, steady.most_followed)
-    effort = effort_of(cameras, window, is_known=wide < few)
+    effort = effort_of(cameras, window, wide, few)
     return (steady if effort is Effort.FOLLOWED else None), wide, effort
 
 

@@ -7,7 +7,6 @@ from rig.profile.cameras import (
     OakCameraConfig,
     RecordingCameraConfig,
     SimCameraConfig,
-    V4l2CameraConfig,
 )
 from rig.profile.models import Profile, SweepConfig
 from rig.profile.stages import (
@@ -18,6 +17,7 @@ from rig.profile.stages import (
     ZaberStageConfig,
 )
 from rig.profile.targets import CharucoConfig, CheckerboardConfig, TargetConfig
+from rig.profile.v4l2_cameras import V4l2CameraConfig
 from rig.profile.views import ViewConfig
 from rig.profile.world import (
     CarriageConfig,

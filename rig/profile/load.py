@@ -63,10 +63,9 @@ def load_profile(name_or_path: str, overrides: Sequence[str] = ()) -> Profile:
         return Profile.model_validate(data)
     except ValidationError as error:
         errors = merged(error.errors(include_url=False))
-        refusal = _refusal(str(path), errors, data)
         if written and _is_profile(path):
-            refusal = OptionError(str(_refusal(_blamed(written, data, errors), errors, data)))
-        raise refusal from error
+            raise OptionError(_told(_blamed(written, data, errors), errors, data)) from error
+        raise ConfigError(_told(str(path), errors, data)) from error
 
 
 def parse_profile(data: object, *, source: str) -> Profile:
@@ -78,7 +77,8 @@ def parse_profile(data: object, *, source: str) -> Profile:
     try:
         return Profile.model_validate(data)
     except ValidationError as error:
-        raise _refusal(source, merged(error.errors(include_url=False)), data) from error
+        errors = merged(error.errors(include_url=False))
+        raise ConfigError(_told(source, errors, data)) from error
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -95,10 +95,11 @@ def _read(path: Path) -> dict[str, Any]:
     return data
 
 
-def _refusal(source: str, errors: Sequence[ErrorDetails], data: object) -> ConfigError:
+def _told(source: str, errors: Sequence[ErrorDetails], data: object) -> str:
+    """Say what is wrong, of `source`, the first few errors in full."""
     shown = "; ".join(_describe(item, data) for item in errors[:_MOST_ERRORS_SHOWN])
     more = len(errors) - _MOST_ERRORS_SHOWN
-    return ConfigError(f"{source}: {shown}" + (f"; and {more} more" if more > 0 else ""))
+    return f"{source}: {shown}" + (f"; and {more} more" if more > 0 else "")
 
 
 def _is_profile(path: Path) -> bool:

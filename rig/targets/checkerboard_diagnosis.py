@@ -19,7 +19,7 @@ _EDGE_PX = 4.0
 """Corners nearer to the border than this cannot be fitted."""
 _FEWEST = 9
 """A lattice of fewer corners than this is chance."""
-_MAX_UNEVEN = 0.08
+_MAX_UNEVEN = 0.11
 """Rms distance from a flat grid, in squares."""
 _DARK = 0.12
 """Brightest pixels below this share of full scale: too dark."""
@@ -65,7 +65,8 @@ def _is_plane(lattice: Lattice) -> bool:
         return True
     places, xy_px = grid_places(*lattice.shape)[found], lattice.xy_px[found]
     apart = map_points(fit_homography(places, xy_px), places) - xy_px
-    return float(np.sqrt(np.mean(apart**2))) < _MAX_UNEVEN * lattice.side_px
+    rms_px = float(np.sqrt(np.mean((apart**2).sum(axis=1))))
+    return rms_px < _MAX_UNEVEN * lattice.side_px
 
 
 def _is_even(lattice: Lattice) -> bool:

@@ -70,7 +70,6 @@ class AppliedMode:
 
     mode: Mode
     bytes_per_line: int
-    bytes_per_image: int
 
 
 def size_offers(node: Node) -> list[SizeOffer]:
@@ -166,7 +165,7 @@ def set_mode(node: Node, wanted: Mode) -> AppliedMode:
             f"asked for {offered}, which it offers, it was set to {applied} instead",
             advice="ask for that, or plug it in again",
         )
-    return AppliedMode(applied, pixels.bytesperline, pixels.sizeimage)
+    return AppliedMode(applied, pixels.bytesperline)
 
 
 def _sizes(node: Node, name: str) -> Iterator[SizeOffer]:

@@ -52,18 +52,25 @@ class Effort(IntEnum):
     """All of it at full size."""
 
 
-def effort_of(cameras: Cameras, window: Window, *, is_known: bool) -> Effort:
+def effort_of(
+    cameras: Cameras, window: Window, share: float | None = None, few: float = FEW
+) -> Effort:
     """How `search` is to look for the slopes of a window.
 
     Args:
         cameras: where the views stand.
         window: the slopes to search.
-        is_known: whether what is around the hypothesis is enough: `wide_share` is low.
+        share: `wide_share` of it, where it is known already.
+        few: share of unknown pixels below which what is around the hypothesis is enough.
     """
-    if is_known:
+    side = min(window.low_px.shape)
+    share = wide_share(window, cameras) if share is None else share
+    # Smaller pictures need two rows and two columns to be searched.
+    if share == 0 or (share < few and side >= 2 * _FEW_SHRINK):
         return Effort.FOLLOWED
     width_px = float(window.high_px.max()) - float(window.low_px.min())
-    return Effort.COARSE if width_px > _COARSE_FROM_LABELS * cameras.step_px else Effort.FULL
+    is_wide = width_px > _COARSE_FROM_LABELS * cameras.step_px
+    return Effort.COARSE if is_wide and side >= 2 * _COARSE_SHRINK else Effort.FULL
 
 
 def wide_share(window: Window, cameras: Cameras) -> float:
@@ -102,8 +109,7 @@ def search(
     """
     wide = _is_wide(window, cameras)
     if effort is None:
-        is_known = np.count_nonzero(wide) / wide.size < FEW
-        effort = effort_of(cameras, window, is_known=is_known)
+        effort = effort_of(cameras, window, np.count_nonzero(wide) / wide.size)
     if effort is not Effort.FOLLOWED and is_one_sided(cameras):
         return search_pair(images, cameras, window, scales).only(wide, window.expected_px)
     match effort:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rig.epipolar import RectifiedViews, SlopeMap, estimate_slopes
+from rig.epipolar import RectifiedViews, SlopeMap, SlopePrior, estimate_slopes
 from rig.epipolar.views import Label
 from rig.errors import SlopeError
 from tests.support.lightfield import noise_texture
@@ -33,10 +33,14 @@ def views_of(
     return RectifiedViews(images, PLACES[:views, 0], PLACES[:views, 1], 0)
 
 
-def answer(views: RectifiedViews) -> SlopeMap | None:
+def answer(
+    views: RectifiedViews,
+    range_px: tuple[float, float] = RANGE_PX,
+    prior: SlopePrior | None = None,
+) -> SlopeMap | None:
     """What `estimate_slopes` says, checked for form; None where it refuses."""
     try:
-        found = estimate_slopes(views, RANGE_PX)
+        found = estimate_slopes(views, range_px, prior)
     except SlopeError:
         return None
     none = found.label == Label.NONE
@@ -89,3 +93,18 @@ def test_a_picture_of_one_row_or_column_is_refused(shape: tuple[int, int]) -> No
     images = np.zeros((2, *shape), np.uint8)
     with pytest.raises(SlopeError, match=f"{shape[1]} x {shape[0]} px"):
         RectifiedViews(images, np.array([0.0, 1.0]), np.zeros(2), 0)
+
+
+@pytest.mark.parametrize("shape", [(2, 60), (60, 2), (3, 3), (4, 4)])
+def test_what_is_too_small_to_be_searched_coarsely_is_searched_as_it_is(shape: tuple[int, int]):
+    images = np.random.default_rng(0).uniform(0, 200, (3, *shape)).astype(np.float32)
+    views = RectifiedViews(images, np.array([-1.0, 0.0, 1.0]), np.zeros(3), 1)
+    assert answer(views, (-30.0, 30.0)) is not None
+
+
+def test_a_few_lost_pixels_of_a_small_picture_are_searched_too() -> None:
+    images = np.random.default_rng(0).uniform(0, 200, (3, 5, 40)).astype(np.float32)
+    views = RectifiedViews(images, np.array([-1.0, 0.0, 1.0]), np.zeros(3), 1)
+    slope, sigma = np.zeros((5, 40), np.float32), np.full((5, 40), 0.1, np.float32)
+    slope[2, 20] = np.nan
+    assert answer(views, (-30.0, 30.0), SlopePrior(slope, sigma)) is not None

@@ -343,3 +343,11 @@ def test_a_single_rational_coefficient_is_kept_by_depthai(tmp_path: Path, place:
     cameras = FORMATS["depthai"].read(tmp_path / "it.json").cameras
     assert [camera.lens for camera in cameras] == ["brown8"] * 3
     assert cameras[0].coefficients == pytest.approx(coefficients)
+
+
+def test_ros_files_begin_as_their_own_tools_write_them(tmp_path: Path) -> None:
+    export_geometry(geometry_with("brown5"), FORMATS["ros"], tmp_path)
+    lines = (tmp_path / "left.yaml").read_text().splitlines()
+    assert lines[0].startswith("image_width: ")
+    assert lines[1].startswith("image_height: ")
+    assert lines[2] == "camera_name: left"

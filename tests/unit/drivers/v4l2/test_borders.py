@@ -191,7 +191,7 @@ def test_a_rate_may_miss_by_half_a_percent(rate_hz: float | None, found_hz: floa
     with opened(intervals=((1, 10), (1, 30))) as node:
         applied = set_mode(node, Mode("GREY", 64, 48, rate_hz))
     assert applied.mode == Mode("GREY", 64, 48, found_hz)
-    assert (applied.bytes_per_line, applied.bytes_per_image) == (64, 64 * 48)
+    assert applied.bytes_per_line == 64
 
 
 @pytest.mark.parametrize(

@@ -78,3 +78,14 @@ def test_a_point_behind_the_camera_has_no_residual():
     assert np.isinf(linear.residual_px[behind]).all()
     assert np.isfinite(linear.residual_px[~behind]).all()
     assert np.isfinite(linear.jacobian).all()
+
+
+@pytest.mark.parametrize(("depth_mm", "is_seen"), [(0.0, False), (0.25, True)])
+def test_whatever_is_before_the_camera_is_projected(depth_mm: float, is_seen: bool):
+    observed, target, at = setting(("none",) * 3)
+    at.view_rotation[:], at.view_shift_mm[:], at.warp_mm[:] = np.eye(3), 0.0, 0.0
+    at.board_rotation[0], at.board_shift_mm[0] = np.eye(3), (0.0, 0.0, depth_mm)
+    linear = linearise(observed, target, at)
+    first = observed.picture[observed.sighting_of_point] == 0
+    assert np.isfinite(linear.residual_px[first]).all() == is_seen
+    assert np.isinf(linear.residual_px[first]).all() != is_seen
