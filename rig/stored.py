@@ -165,7 +165,7 @@ def find_curve(store: "Store", run: Run, curve_id: int | None = None) -> RunCurv
         Curve.from_json(stored.curve),
         stored.sweep_id,
         rows,
-        None if rms_mm is None else float(rms_mm),
+        rms_mm if isinstance(rms_mm, float) else None,
     )
 
 
