@@ -38,6 +38,9 @@ _OPEN_S, _CLOSE_S, _PING_S, _LINK_EVERY_S = 5.0, 10.0, 20.0, 0.5
 _LOOK_S, _SHUT_S, _JOIN_S = 0.01, 1.0, 2.5
 """Within which all pages are let go of, and the thread ends: whatever they do."""
 
+_ELSEWHERE = ("192.0.2.1", 9)
+"""An address of no machine, kept free for documentation (RFC 5737)."""
+
 M = TypeVar("M", bound=Message)
 
 
@@ -82,7 +85,7 @@ class ViewServer(Generic[M]):
         """The address to open, token and all."""
         name = self._host
         if name in {"0.0.0.0", "::"}:  # noqa: S104 - compared, not listened at
-            name = socket.gethostname()
+            name = _own_address()
         shown = f"[{name}]" if ":" in name else name
         return f"http://{shown}:{self.port}/{self._access.token}/"
 
@@ -172,7 +175,7 @@ class ViewServer(Generic[M]):
         if isinstance(asked, Refused):
             self._notices.say(f"{_peer(connection)}: {asked.reason}: refused")
             return _response(asked.status, b"Open the address that rig has printed.\n")
-        if asked.place == SOCKET and headers.get("Upgrade", "").lower() == "websocket":
+        if asked.place == SOCKET and "websocket" in map(str.lower, headers.get_all("Upgrade")):
             return None
         if asked.place == "":
             found = page()
@@ -326,6 +329,16 @@ def _listen(host: str, port: int) -> socket.socket:
             f"live page at {host}, port {port}: cannot listen there: {why}",
             advice="choose another --view-port (0: any free one) or another --view-host",
         ) from error
+
+
+def _own_address() -> str:
+    """Return the address by which others reach this machine; its name where it has no network."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(_ELSEWHERE)  # nothing is sent: only the way out is looked up
+            return str(probe.getsockname()[0])
+        except OSError:
+            return socket.gethostname()
 
 
 def _peer(connection: ServerConnection) -> str:

@@ -282,6 +282,15 @@ def test_a_taken_port_is_refused_and_told(server: Server):
     assert "--view-host" in error.value.advice
 
 
+def test_for_other_machines_the_address_is_one_that_they_reach(told: Told):
+    everywhere = "0.0.0.0"  # noqa: S104
+    with closing(ViewServer[PlainMessage](everywhere, 0, TOKEN, Notices(told)).start()) as server:
+        host = server.url.removeprefix("http://").partition(":")[0]
+        assert host not in ("", everywhere)
+        assert server.url == f"http://{host}:{server.port}/{TOKEN}/"
+        assert ask(server, f"/{TOKEN}/", Host=f"{host}:{server.port}")[0] == 200
+
+
 class Counted:
     """A message that counts how often it was encoded, and for whom."""
 
