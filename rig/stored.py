@@ -145,7 +145,7 @@ def find_curve(store: "Store", run: Run, curve_id: int | None = None) -> RunCurv
         Curve.from_json(stored.curve),
         stored.sweep_id,
         rows,
-        holdout_rms_mm=None if rms_mm is None else float(rms_mm),
+        holdout_rms_mm=rms_mm if isinstance(rms_mm, float) else None,
     )
 
 
