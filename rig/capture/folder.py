@@ -48,35 +48,35 @@ class CaptureFolder:
         self._has_camera = False
         self._last: DepthFrame | None = None
 
-    def write(self, measured: DepthFrame) -> None:
+    def write(self, frame: DepthFrame) -> None:
         """Write all maps of one multi-view and its line in `frames.jsonl`.
 
         Raises:
             StoreError: the folder cannot be written, e.g. the disk is full.
         """
-        self._write_camera(measured)
-        number = f"{measured.index:05d}"
-        slopes = measured.slopes
+        self._write_camera(frame)
+        number = f"{frame.index:05d}"
+        slopes = frame.slopes
         write_pfm(self.folder / f"slope_{number}.pfm", slopes.slope_px)
         write_label_png(self.folder / f"label_{number}.png", slopes.label)
-        write_picture_png(self.folder / f"image_{number}.png", measured.image)
-        if measured.colour is not None:
-            write_picture_png(self.folder / f"colour_{number}.png", measured.colour)
-        if measured.depth is None:
+        write_picture_png(self.folder / f"image_{number}.png", frame.image)
+        if frame.colour is not None:
+            write_picture_png(self.folder / f"colour_{number}.png", frame.colour)
+        if frame.depth is None:
             write_pfm(self.folder / f"sigma_{number}.pfm", slopes.sigma_px)
         else:
-            write_pfm(self.folder / f"sigma_{number}.pfm", measured.depth.sigma_mm)
-            write_pfm(self.folder / f"depth_{number}.pfm", measured.depth.depth_mm)
-            write_depth_png(self.folder / f"depth_{number}.png", measured.depth.depth_mm)
+            write_pfm(self.folder / f"sigma_{number}.pfm", frame.depth.sigma_mm)
+            write_pfm(self.folder / f"depth_{number}.pfm", frame.depth.depth_mm)
+            write_depth_png(self.folder / f"depth_{number}.png", frame.depth.depth_mm)
         try:
-            self._facts.write(json.dumps(self._line(measured)) + "\n")
+            self._facts.write(json.dumps(self._line(frame)) + "\n")
             self._facts.flush()
         except OSError as error:
             raise StoreError(
                 f"{self._facts.name}: cannot be written: {error.strerror}",
                 advice="make room and capture again, earlier maps are kept",
             ) from error
-        self._last = measured
+        self._last = frame
 
     def close(self) -> None:
         """Close the list of facts, and show the last multi-view in a picture.
