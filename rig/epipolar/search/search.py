@@ -102,7 +102,7 @@ def search(
     """
     wide = _is_wide(window, cameras)
     if effort is None:
-        is_known = np.count_nonzero(wide) / wide.size < FEW
+        is_known = bool(np.count_nonzero(wide) < FEW * wide.size)
         effort = effort_of(cameras, window, is_known=is_known)
     if effort is not Effort.FOLLOWED and is_one_sided(cameras):
         return search_pair(images, cameras, window, scales).only(wide, window.expected_px)
