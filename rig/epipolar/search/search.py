@@ -109,7 +109,7 @@ def search(
     """
     wide = _is_wide(window, cameras)
     if effort is None:
-        effort = effort_of(cameras, window, np.count_nonzero(wide) / wide.size)
+        effort = effort_of(cameras, window, float(np.count_nonzero(wide)) / wide.size)
     if effort is not Effort.FOLLOWED and is_one_sided(cameras):
         return search_pair(images, cameras, window, scales).only(wide, window.expected_px)
     match effort:
