@@ -237,6 +237,13 @@ def test_one_of_thirty_may_be_elsewhere() -> None:
         )
         is None
     )
+    # Read with three wrong bits of 25, as many as are allowed, it is one astray as well.
+    bits[3].ravel()[:3] ^= True
+    worn = ReadCells(many.shape, many.readable, bits)
+    assert place_on_board(worn, large.marker_numbers, large.marker_bits) is None
+    bits[3].ravel()[3] ^= True
+    unknown = place_on_board(worn, large.marker_numbers, large.marker_bits)
+    assert unknown == Placing(0, 0, 0, large.marker_count - 2)
 
 
 def test_bits_that_differ_are_counted() -> None:

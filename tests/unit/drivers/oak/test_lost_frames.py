@@ -1,9 +1,13 @@
-"""What an OAK camera counts as lost between two groups that it was given."""
+"""What an OAK camera counts as lost between two groups that it was given, and what ends it."""
+
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from rig_drivers.oak.sdk import dai
-from rig_drivers.oak.streams import Group
+from rig_drivers.oak.streams import Group, Streams
 
+from rig.errors import DeviceLostError
 from tests.support.oak import OakRig
 
 VIEWS = ("centre", "left", "right", "top")
@@ -37,3 +41,33 @@ def test_groups_are_overwritten_and_frames_find_no_partner(after: Group, late: i
     camera._count_lost(group(3, 10, 20, 30, 40), after)
     assert camera._dropped == {"late": late, "unpaired": unpaired}
     assert camera._next_number == late + unpaired
+
+
+def streams(of_sensors: str | None, of_nodes: str | None, *, is_running: bool | None) -> Any:
+    """Streams of a pipeline in a certain state; None for no pipeline at all."""
+    return SimpleNamespace(
+        _sensors=SimpleNamespace(name="oak", failure=lambda: of_sensors),
+        _failures=SimpleNamespace(first=lambda: of_nodes),
+        _pipeline=None if is_running is None else SimpleNamespace(isRunning=lambda: is_running),
+    )
+
+
+@pytest.mark.parametrize(
+    ("of_sensors", "of_nodes", "is_running", "told"),
+    [
+        (None, None, False, "the pipeline ended by itself"),
+        ("no power", "a node broke", False, "no power"),
+        (None, "a node broke", True, "a node broke"),
+        ("no power", None, None, "no power"),
+    ],
+)
+def test_what_ends_a_stream_is_told(
+    of_sensors: str | None, of_nodes: str | None, is_running: bool | None, told: str
+):
+    with pytest.raises(DeviceLostError, match=told):
+        Streams._require_alive(streams(of_sensors, of_nodes, is_running=is_running))
+
+
+@pytest.mark.parametrize("is_running", [True, None])
+def test_a_stream_that_runs_or_has_not_begun_is_alive(is_running: bool | None):
+    assert Streams._require_alive(streams(None, None, is_running=is_running)) is None

@@ -54,7 +54,9 @@ def drawn(moved: float, motion: Float | None = None, tie: Float | None = None) -
     weight = rng.uniform(300.0, 500.0, len(residual))
     weight[[2, 40, 100]] = 0.0
     solve = Solve(observed, target, at, problem, Linearised(residual, plain.jacobian), weight)
-    return replace(solve, linear=Linearised(left_by_a_step(solve), plain.jacobian))
+    left = left_by_a_step(solve)
+    left[weight == 0] = np.inf  # as behind a camera: whatever it is, it has no weight
+    return replace(solve, linear=Linearised(left, plain.jacobian))
 
 
 def left_by_a_step(solve: Solve) -> Float:
@@ -79,7 +81,8 @@ def rows_of(solve: Solve) -> tuple[Float, Float, Float]:
                 rows[m, :, column] += solve.linear.jacobian[m, :, local]
         board = count + 6 * observed.picture[s]
         rows[m, :, board : board + 6] = solve.linear.jacobian[m, :, -6:]
-    return rows.reshape(-1, size), solve.linear.residual_px.ravel(), np.repeat(solve.weight, 2)
+    residual = np.where(solve.weight[:, None] > 0, solve.linear.residual_px, 0.0)
+    return rows.reshape(-1, size), residual.ravel(), np.repeat(solve.weight, 2)
 
 
 def about_middle(solve: Solve, s: int) -> Float:
