@@ -68,12 +68,12 @@ class Cycling:
 class FilesThatGo(CaptureFolder):
     """Removes each file after it was written: the disk of a benchmark is small."""
 
-    def write(self, measured: DepthFrame) -> None:
+    def write(self, frame: DepthFrame) -> None:
         """See `CaptureFolder.write`."""
-        super().write(measured)
-        for kind in ("slope", "label", "sigma", "depth"):
+        super().write(frame)
+        for kind in ("slope", "label", "sigma", "depth", "image"):
             for ending in ("pfm", "png"):
-                (self.folder / f"{kind}_{measured.index:05d}.{ending}").unlink(missing_ok=True)
+                (self.folder / f"{kind}_{frame.index:05d}.{ending}").unlink(missing_ok=True)
 
 
 def rig_of_pictures(count: int) -> DepthCamera:

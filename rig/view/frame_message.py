@@ -62,7 +62,7 @@ def _facts(frame: DepthFrame, run: Run) -> dict[str, Any]:
         "unit": "px" if frame.depth is None else "mm",
         "reference": run.profile.reference,
         "pitch_mm": run.profile.pitch_mm,
-        "range_px": list(run.profile.slopes.range_px),
+        "range_px": list(run.range_px),
         "curve": None if curve is None else curve.title,
         "calibration": optics.calibration_id,
         "camera": None if pinhole is None else pinhole.to_json(),

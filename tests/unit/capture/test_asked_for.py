@@ -60,7 +60,7 @@ def test_a_recording_holds_what_came_between_start_and_stop(tmp_path: Path, came
     one.write(SCENE.frame(3))
     assert one.stop_recording() == "nothing is being recorded"
     one.close()
-    assert [multiview.frames[0].sequence for multiview in recorded(path)] == [1, 2]
+    assert [one.views.frames[0].sequence for one in recorded(path)] == [1, 2]
 
 
 def test_the_end_of_the_capture_ends_the_recording(tmp_path: Path, camera: DepthCamera):

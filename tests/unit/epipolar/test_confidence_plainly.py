@@ -31,7 +31,7 @@ LINES = LineFits(
     np.full(SHAPE, SEEN, np.uint8),
 )  # fmt: skip
 EVIDENCE = Evidence(
-    lines=LINES, variance=filled(0.04), misfit=filled(0.5), views=5, misfit_px=0.3, hidden=none(),
+    lines=LINES, variance=filled(0.04), views=5, misfit_px=0.3, hidden=none(),
     unshared=none(), beside_unshared=none(), start_px=2.0, rival_px=filled(np.nan),
 )  # fmt: skip
 
@@ -59,7 +59,7 @@ def test_sigma_adds_noise_what_the_start_leaves_and_what_lines_miss():
     assert told(EVIDENCE).sigma_px[HERE] == pytest.approx(square**0.5)
     assert told(EVIDENCE).slope_px[HERE] == 1.0
     assert told(EVIDENCE).warnings == ("said before",)
-    scattered = replace(EVIDENCE, misfit=filled(3.0))
+    scattered = replace(EVIDENCE, variance=filled(0.12))
     assert told(scattered).sigma_px[HERE] == pytest.approx((square + 0.08) ** 0.5)
     drifting = replace(EVIDENCE, drift_variance=filled(0.5))
     assert told(drifting).sigma_px[HERE] == pytest.approx((square + 0.5) ** 0.5)
@@ -176,25 +176,29 @@ def test_pixels_at_a_jump_may_belong_to_its_other_side():
     assert told(EVIDENCE, slope).sigma_px[20, 25] ** 2 == pytest.approx(base + 0.35**2)
 
 
+def missing(misfit: NDArray[np.float32]) -> LineFits:
+    return replace(LINES, misfit=misfit)
+
+
 def test_what_views_contradict_spreads_over_a_region_that_is_contradicted_by_half():
     misfit = filled(0.0)
     misfit[:, :30] = 2.0
-    found = contradicted(misfit)
+    found = contradicted(missing(misfit))
     assert (found[:, :28] == 1).all()
     # A spot is 5 pixels wide: the limit of 1.65 lies where more than 4 of them are contradicted.
     assert found[20, 35] == found[20, 40] == 0
     stripe = filled(0.0)
     stripe[:, 24:27] = 3.0
     # Three of five pixels with 3 are 1.8 in the mean.
-    assert np.flatnonzero(contradicted(stripe)[20]).tolist() == [24, 25, 26]
+    assert np.flatnonzero(contradicted(missing(stripe))[20]).tolist() == [24, 25, 26]
     misfit = filled(1.6)
-    assert not contradicted(misfit).any()
-    assert contradicted(filled(1.7)).all()
+    assert not contradicted(missing(misfit)).any()
+    assert contradicted(missing(filled(1.7))).all()
     stripes = filled(0.0)
     stripes[:, np.arange(51) % 12 < 9] = 3.0
-    assert contradicted(stripes)[20, 20:30].all()
+    assert contradicted(missing(stripes))[20, 20:30].all()
     stripes[:, np.arange(51) % 12 >= 4] = 0.0
-    assert not contradicted(stripes)[20, 20:30].all()
+    assert not contradicted(missing(stripes))[20, 20:30].all()
 
 
 def test_texture_must_exceed_what_noise_pretends_by_four_sigmas():

@@ -155,18 +155,20 @@ def ramp(noise: float) -> NDArray[np.float32]:
 
 def test_white_noise_leaves_grey_values_and_shot_noise_does_not():
     images = np.stack([ramp(2.0), ramp(2.0)])
-    same, scales = stabilise(images, 0, NoiseModel(2.0, step_levels=0.0), is_told=False)
+    same, grading = stabilise(images, 0, NoiseModel(2.0, step_levels=0.0), is_told=False)
     assert same is images
-    assert scales.noise == 2.0
-    same, scales = stabilise(images, 0, NoiseModel(0.5, step_levels=0.0), is_told=True)
+    assert grading.scales.noise == 2.0
+    same, grading = stabilise(images, 0, NoiseModel(0.5, step_levels=0.0), is_told=True)
     assert same is images
-    assert scales.noise == pytest.approx(2.0, rel=0.1)
+    assert grading.scales.noise == pytest.approx(2.0, rel=0.1)
     shot = NoiseModel(1.0, 4.0, 0.0)
-    stable, scales = stabilise(images, 0, shot, is_told=False)
+    stable, grading = stabilise(images, 0, shot, is_told=False)
     assert np.array_equal(stable, shot.stabilised(images))
-    assert scales.noise == 1.0
+    assert grading.scales.noise == 1.0
     # One electron in a hundred levels hardly adds to a noise of 2: the middle grey value counts.
     slight = NoiseModel(2.0, 150.0, 0.0)
-    same, scales = stabilise(images, 0, slight, is_told=False)
+    same, grading = stabilise(images, 0, slight, is_told=False)
     assert same is images
-    assert scales.noise == pytest.approx(slight.sigma_levels(float(np.median(images[0, ::8, ::8]))))
+    assert grading.scales.noise == pytest.approx(
+        slight.sigma_levels(float(np.median(images[0, ::8, ::8])))
+    )

@@ -8,6 +8,8 @@ from rig.geometry.bundle.agreement import Pair, blame, compare_views, find_step
 from rig.geometry.bundle.alone import Alone
 from rig.geometry.bundle.observations import Observations
 
+NOISE_PX = np.array([0.01, 0.02, 0.03])
+
 
 def observed(views: list[int], sizes: list[int]) -> Observations:
     """One picture."""
@@ -25,13 +27,14 @@ def observed(views: list[int], sizes: list[int]) -> Observations:
 
 def alone(motion: Float, information: list[float]) -> Alone:
     eyes = np.array(information)[:, None, None] * np.eye(6)
-    return Alone(motion, eyes, np.ones(len(motion)), np.ones(1))
+    count = len(motion)
+    return Alone(motion, eyes, np.ones(count), NOISE_PX, np.ones(count))
 
 
 def test_motions_are_compared_with_the_information_of_both() -> None:
     motion = np.arange(12.0).reshape(2, 6)
     motion[1] += 1.0
-    (pair,) = compare_views(observed([0, 2], [12, 13]), alone(motion, [2.0, 6.0]))
+    (pair,) = compare_views(observed([0, 2], [12, 13]), alone(motion, [2.0, 6.0]), 0.0)
     assert pair.views == (0, 2)
     assert (pair.picture, pair.sightings) == (0, (0, 1))
     assert pair.motion.tolist() == [7.0] * 6
@@ -39,7 +42,9 @@ def test_motions_are_compared_with_the_information_of_both() -> None:
 
 
 def test_views_of_few_points_are_not_compared() -> None:
-    found = compare_views(observed([0, 1, 2], [12, 11, 12]), alone(np.zeros((3, 6)), [1.0] * 3))
+    found = compare_views(
+        observed([0, 1, 2], [12, 11, 12]), alone(np.zeros((3, 6)), [1.0] * 3), 0.0
+    )
     assert [pair.sightings for pair in found] == [(0, 2)]
 
 
@@ -47,7 +52,7 @@ def test_views_of_few_points_are_not_compared() -> None:
 def test_six_sigmas_of_each_of_six_numbers_are_apart(square: float, apart: bool) -> None:
     motion = np.zeros((2, 6))
     motion[1, 2] = np.sqrt(2 * square)  # of information 1 and 1: a half
-    (pair,) = compare_views(observed([0, 1], [12, 12]), alone(motion, [1.0, 1.0]))
+    (pair,) = compare_views(observed([0, 1], [12, 12]), alone(motion, [1.0, 1.0]), 0.0)
     assert bool(pair.apart) is apart
 
 
@@ -61,7 +66,19 @@ def test_points_are_apart_by_four_times_the_noise_of_the_less_sure_view(
     motion[1, 2] = np.sqrt(per_point * 20)
     given = alone(motion, [1000.0, 1.0] if swapped else [1.0, 1000.0])
     sizes = [40, 20] if swapped else [20, 40]
-    (pair,) = compare_views(observed([0, 1], sizes), given)
+    (pair,) = compare_views(observed([0, 1], sizes), given, 0.0)
+    assert bool(pair.apart) is apart
+
+
+@pytest.mark.parametrize(("least_px", "apart"), [(0.0499, True), (0.0501, False)])
+@pytest.mark.parametrize("views", [[0, 1], [1, 0]])
+def test_views_whose_points_are_hardly_apart_agree_however_sure_they_are(
+    least_px: float, apart: bool, views: list[int]
+) -> None:
+    """Five times the noise of view 0, and of view 1: by the smaller of the two in px."""
+    motion = np.zeros((2, 6))
+    motion[1, 2] = np.sqrt(5.0**2 * 20)
+    (pair,) = compare_views(observed(views, [20, 20]), alone(motion, [1.0, 1.0]), least_px)
     assert bool(pair.apart) is apart
 
 
