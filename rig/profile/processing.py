@@ -21,7 +21,7 @@ class ProcessingConfig(Model):
     """Longest hole between two answered pixels of a row or column that is bridged and labelled 4;
     0 for none."""
     decimation: int = Field(default=1, ge=1, le=8)
-    """_Side of the squares of pixels that become one; 1 for none."""
+    """Side of the squares of pixels that become one; 1 for none."""
 
     @model_validator(mode="after")
     def _makes_sense(self) -> Self:

@@ -66,10 +66,18 @@ def _facts(frame: DepthFrame, run: Run) -> dict[str, Any]:
         "curve": None if curve is None else curve.title,
         "calibration": optics.calibration_id,
         "camera": None if pinhole is None else pinhole.to_json(),
+        "grid": _grid(run),
         "x_steps": optics.x_steps.tolist(),
         "y_steps": optics.y_steps.tolist(),
         "warnings": list(frame.slopes.warnings),
     }
+
+
+def _grid(run: Run) -> dict[str, int]:
+    """Where the pixels of the maps lie in the rectified pictures: first one, and their distance."""
+    processing = run.profile.processing
+    x_px, y_px, *_ = processing.roi_px or (0, 0)
+    return {"x_px": x_px, "y_px": y_px, "step": processing.decimation}
 
 
 def _pace(frame: DepthFrame, pace: Pace) -> dict[str, Any]:
@@ -133,7 +141,7 @@ def _pictures(frame: DepthFrame, run: Run, wants: frozenset[str]) -> tuple[dict[
 
 def _is_shown_as_taken(frame: DepthFrame, reference: int) -> bool:
     taken = frame.views.frames[reference].image
-    return frame.image is taken or np.shares_memory(frame.image, taken)
+    return frame.image.shape == taken.shape and np.shares_memory(frame.image, taken)
 
 
 def _bits(multiview: MultiView, index: int) -> int:

@@ -24,13 +24,14 @@ class Epi {
       this.caption.textContent = `${letter}  ${members.length < 2 ? "one view only" : cursor ? "–" : "no cursor"}`;
       return;
     }
-    const [, height, width] = all.shape, centre = this.isRow ? cursor.x : cursor.y, length = this.isRow ? width : height;
+    const at = shown.inPictures(cursor);
+    const [, height, width] = all.shape, centre = this.isRow ? at.x : at.y, length = this.isRow ? width : height;
     const reach = Math.min(EPI_REACH_PX, length >> 1), first = Math.max(0, Math.min(length - 2 * reach, centre - reach));
     const pixels = this.plate.sized(2 * reach, members.length);
     members.forEach(({ i }, row) => {
       const view = shown.view(name, i);
       for (let k = 0; k < 2 * reach; k++) {
-        const x = this.isRow ? first + k : cursor.x, y = this.isRow ? cursor.y : first + k;
+        const x = this.isRow ? first + k : at.x, y = this.isRow ? at.y : first + k;
         pixels[row * 2 * reach + k] = GREYS[view[y * width + x] ?? 0];
       }
     });
@@ -43,7 +44,7 @@ class Epi {
     const thick = (box.height * least) / whole, middle = (step) => (box.height * (step - first_step + least / 2)) / whole;
     members.forEach(({ step }, row) => context.drawImage(this.strip, 0, row, 2 * reach, 1, 0, middle(step) - thick / 2 + 0.5, box.width, thick - 1));
     const slope = shown.slope()?.[cursor.y * shown.width + cursor.x];
-    this.caption.textContent = `${letter}  ${this.isRow ? `row y = ${cursor.y}` : `column x = ${cursor.x}`}  ·  ${Number.isFinite(slope) ? `slope ${signed(slope, 3)} px per step` : "no answer here"}`;
+    this.caption.textContent = `${letter}  ${this.isRow ? `row y = ${at.y}` : `column x = ${at.x}`}  ·  ${Number.isFinite(slope) ? `slope ${signed(slope, 3)} px per step` : "no answer here"}`;
     if (!Number.isFinite(slope)) return;
     const path = new Path2D();
     for (const [row, step] of [first_step, members.at(-1).step].entries()) {

@@ -35,6 +35,11 @@ class Shown {
     if (this.arrays.image) return this.arrays.image.data;
     return this.view("views", this.header.reference);
   }
+  // The pixel of the pictures that a pixel of the maps shows: maps may be of a region, or coarser.
+  inPictures({ x, y }) {
+    const { x_px, y_px, step } = this.header.grid, middle = step >> 1;
+    return { x: x_px + x * step + middle, y: y_px + y * step + middle };
+  }
   view(name, index) {
     const all = this.arrays[name];
     if (!all) return null;

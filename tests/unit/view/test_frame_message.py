@@ -42,6 +42,7 @@ def test_the_header_tells_what_a_person_asks():
     assert header["dropped"] == {"skew": 2, "queue": 0}
     assert header["pitch_mm"] == 40.0
     assert header["range_px"] == [-9.0, 6.0]
+    assert header["grid"] == {"x_px": 0, "y_px": 0, "step": 1}
     assert header["x_steps"] == [0.0, -1.06, 0.93, 0.0, 0.0]
     assert header["y_steps"] == [0.0, 0.0, 0.0, -0.95, 1.08]
     assert header["reference"] == 0
@@ -114,6 +115,20 @@ def test_a_resampled_reference_view_is_sent_beside_what_was_taken():
     _, arrays = message(other)
     np.testing.assert_array_equal(arrays["image"], other.image)
     np.testing.assert_array_equal(arrays["views"][0], frame.image)
+
+
+def test_maps_of_a_region_or_coarser_ones_say_where_they_lie_in_the_pictures():
+    frame = SCENE.frame(0)
+    config = SCENE.run.profile.processing.model_copy(
+        update={"roi_px": (8, 4, 20, 10), "decimation": 2}
+    )
+    profile = SCENE.run.profile.model_copy(update={"processing": config})
+    part = replace(frame, image=frame.image[4:14, 8:28])
+    shown = FrameMessage(part, PACE, replace(SCENE.run, profile=profile))
+    header, arrays = decode(shown.encoded(0, ALL))
+    assert header["grid"] == {"x_px": 8, "y_px": 4, "step": 2}
+    # It shares its pixels with the reference view, but is not what the map lies on.
+    np.testing.assert_array_equal(arrays["image"], part.image)
 
 
 def test_sixteen_bits_are_shown_by_their_highest_eight():
