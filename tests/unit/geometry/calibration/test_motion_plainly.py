@@ -53,6 +53,7 @@ def drawn(moved: float, motion: Float | None = None, tie: Float | None = None) -
     residual += np.einsum("mai,mi->ma", plain.jacobian[:, :, -6:], steps[sighting])
     weight = rng.uniform(300.0, 500.0, len(residual))
     weight[[2, 40, 100]] = 0.0
+    weight[[5, 60]] = 0.5  # hardly believed, and used all the same
     solve = Solve(observed, target, at, problem, Linearised(residual, plain.jacobian), weight)
     left = left_by_a_step(solve)
     left[weight == 0] = np.inf  # as behind a camera: whatever it is, it has no weight
@@ -248,10 +249,11 @@ def adjusted(residual_scale: float, common: float) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("noise", "common"), [(0.05, 0.0), (0.05, 0.6)], ids=["points", "pictures"]
+    ("common", "told_by_motion"), [(0.0, 0.0), (0.6, 40.0)], ids=["points", "pictures"]
 )
-def test_sigma_is_that_of_pictures_as_clusters(noise: float, common: float):
-    found, solve = adjusted(noise, common)
+def test_sigma_is_that_of_pictures_as_clusters(common: float, told_by_motion: float):
+    found, solve = adjusted(0.05, common)
+    found.motion = SimpleNamespace(dof=told_by_motion) if told_by_motion else None
     told = measure_uncertainty(found)
     rows, residual, weight = rows_of(solve)
     count = solve.problem.layout.count
@@ -272,7 +274,7 @@ def test_sigma_is_that_of_pictures_as_clusters(noise: float, common: float):
     spread = sum(g @ inverse @ g for g in pulls)
     free = sum(np.trace(inverse @ a) - np.trace(inverse @ a @ inverse @ a) for a in parts)
     used = weight > 0
-    spare = used.sum() / (used.sum() - count - 6 * PICTURES)
+    spare = used.sum() / (used.sum() - count - 6 * PICTURES - told_by_motion)
     point = (weight[used] ** 2 * residual[used] ** 2).sum() / weight[used].sum() * spare
     clustering = spread / free / point
     assert told.picture_information == pytest.approx(np.array(parts), rel=1e-4, abs=1e-3)
