@@ -49,10 +49,14 @@ class FolderLock:
         self._path = folder / name
         with disk_explained("take hold of the folder", folder):
             self._file = self._taken(mode)
-            self._path.chmod(mode)  # the umask may have taken some off
-            self._file.truncate(0)
-            self._file.write((owner or Owner.this_program()).to_json().encode() + b"\n")
-            self._file.flush()
+            try:
+                self._path.chmod(mode)  # the umask may have taken some off
+                self._file.truncate(0)
+                self._file.write((owner or Owner.this_program()).to_json().encode() + b"\n")
+                self._file.flush()
+            except BaseException:
+                self.release()
+                raise
 
     @classmethod
     def beside(cls, file: Path) -> "FolderLock":

@@ -1,10 +1,16 @@
 """What every test may ask for, and which tests stay together when several workers share them."""
 
+import signal
 from pathlib import Path
 
 import pytest
 
 from tests.support.command import Command
+
+
+def pytest_configure() -> None:
+    """Hear of a line that hangs up, which under `nohup` nobody does: tests of signals ask."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.hookimpl(tryfirst=True)

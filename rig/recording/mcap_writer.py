@@ -75,7 +75,12 @@ class McapWriter:
             raise StoreError(
                 f"{path}: cannot be written: {error.strerror}", advice="choose another place"
             ) from error
-        self._lock = FolderLock.beside(path)
+        try:
+            self._lock = FolderLock.beside(path)
+        except StoreError:
+            self._file.close()
+            path.unlink()
+            raise
         self._end = 0
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []

@@ -53,7 +53,7 @@ class Effort(IntEnum):
 
 
 def effort_of(
-    cameras: Cameras, window: Window, share: float | None = None, few: float = FEW
+    cameras: Cameras, window: Window, share: float | None = None, most_share: float = FEW
 ) -> Effort:
     """How `search` is to look for the slopes of a window.
 
@@ -61,12 +61,12 @@ def effort_of(
         cameras: where the views stand.
         window: the slopes to search.
         share: `wide_share` of it, where it is known already.
-        few: share of unknown pixels below which what is around the hypothesis is enough.
+        most_share: of unknown pixels, below which what is around the hypothesis is enough.
     """
     side = min(window.low_px.shape)
     share = wide_share(window, cameras) if share is None else share
     # Smaller pictures need two rows and two columns to be searched.
-    if share == 0 or (share < few and side >= 2 * _FEW_SHRINK):
+    if share == 0 or (share < most_share and side >= 2 * _FEW_SHRINK):
         return Effort.FOLLOWED
     width_px = float(window.high_px.max()) - float(window.low_px.min())
     is_wide = width_px > _COARSE_FROM_LABELS * cameras.step_px
