@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rig.compare import pair
 from rig.compare.pair import best_pair
 from rig.epipolar import RectifiedViews
 from rig.errors import SlopeError
@@ -60,3 +61,13 @@ def test_deeper_images_are_stretched_alike():
         pair = best_pair(views_at((1.0, 0.0), dtype=dtype))
         assert (pair.left.min(), pair.right.max()) == (0, 255)
         assert int(pair.right.min()) - int(pair.left.max()) in (5, 6)
+
+
+def test_deeper_pictures_are_stretched_by_what_both_of_them_hold():
+    left, right = np.array([[100, 200]], np.uint16), np.array([[150, 356]], np.uint16)
+    one, other = pair._eight_bit(left, right)
+    assert one.tolist() == [[0, 100]]
+    assert other.tolist() == [[50, 255]]
+    assert pair._eight_bit(right, left)[0].tolist() == [[50, 255]]
+    eight = np.array([[3, 9]], np.uint8)
+    assert pair._eight_bit(eight, eight)[0].tolist() == [[3, 9]]

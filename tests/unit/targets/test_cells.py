@@ -246,6 +246,11 @@ def test_one_of_thirty_may_be_elsewhere() -> None:
     assert unknown == Placing(0, 0, 0, large.marker_count - 2)
 
 
+def test_two_markers_with_as_many_wrong_bits_as_are_allowed_place_a_board() -> None:
+    worn = changed(changed(whole_board(), 1, 2), 3, 2)
+    assert place(only(worn, 1, 3)) == Placing(0, 0, 0, 2)
+
+
 def test_bits_that_differ_are_counted() -> None:
     one: NDArray[np.bool_] = np.array([[1, 1, 0, 0], [1, 1, 1, 1]], np.bool_)
     other: NDArray[np.bool_] = np.array([[1, 1, 0, 0], [1, 0, 1, 0], [0, 0, 0, 0]], np.bool_)
