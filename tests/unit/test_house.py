@@ -17,6 +17,7 @@ SOURCES = sorted(
 UNITS = re.compile(r"(^|_)(mm|px|px2|s|rad|deg|hz|pct|mb|degc|levels|ppm|mm_s|mm_s2|steps?|in)$")
 RATIOS = {
     "share",
+    "most_share",
     "ratio",
     "scale",
     "gain",
