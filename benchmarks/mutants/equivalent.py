@@ -228,6 +228,18 @@ _REASONS: dict[tuple[str, str, str, str], str] = {
         "(1)",
     ): "the numbers of controls begin far above both",
     (
+        "rig/calibrate/coverage.py",
+        "points_mm = target.points_mm.reshape(-1, 3)",
+        "1",
+        "(2)",
+    ): "numpy takes any negative number for the size that the others tell",
+    (
+        "rig/devices.py",
+        "if duration_s > 0.0:",
+        "duration_s > 0.0",
+        "(duration_s >= 0.0)",
+    ): "to wait for no time is to go on",
+    (
         "sim/rig_sim/firmware/zaber/messages.py",
         "address, axis = (*heads[:2], 0, 0)[:2]",
         "2",

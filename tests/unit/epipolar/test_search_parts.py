@@ -11,6 +11,7 @@ from rig.epipolar.search import pair
 from rig.epipolar.search.halves import assign_halves
 from rig.epipolar.search.search import _misfit
 from rig.epipolar.search.window import Cameras, Window
+from tests.support.lightfield import noise_texture
 
 RNG = np.random.default_rng(131)
 SHAPE = (13, 16)
@@ -77,3 +78,16 @@ def test_channels_are_joined_along_the_axis_of_their_steps():
     assert float(np.linalg.norm(found)) == pytest.approx(1.0)
     opposite = _texture_axis([channels[0], -channels[0]])
     assert np.abs(opposite) == pytest.approx([0.5**0.5] * 2, abs=1e-5)
+
+
+@pytest.mark.parametrize("start_px", [3.5, 4.5, 6.5])
+def test_a_closer_look_reaches_three_half_labels_either_way(start_px: float):
+    rows, columns = np.mgrid[0:40, 0:70].astype(float)
+    texture = noise_texture(3, mean=120.0, contrast=28.0, finest_px=2.0)
+    left = texture(columns, rows).astype(np.float32)
+    images = np.stack([left, texture(columns + 5.0, rows).astype(np.float32)])
+    start = np.full(left.shape, start_px, np.float32)
+    cameras = Cameras(np.array([0.0, 1.0]), np.zeros(2), 0)
+    found = pair._closer(images, cameras, start, 1.0, is_alike=False)
+    assert np.median(np.abs(found - 5.0)[4:-4, 10:-4]) < 0.05
+    assert np.abs(found - start).max() <= 1.5
