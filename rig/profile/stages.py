@@ -50,6 +50,11 @@ class SerialStageConfig(StageConfig):
     adapter with that USB serial number, or a pyserial URL such as `socket://host:port`."""
     baud: int = Field(default=115200, gt=0)
     """Bits per second."""
+    dtr: bool | None = None
+    """Level of the line DTR while the port is open; without it the system decides, which raises it
+    and so resets most boards. `false` for boards that stay in reset otherwise."""
+    rts: bool | None = None
+    """The same of the line RTS."""
     travel_mm: Span
     """Nearest and farthest distance the board may be sent to. Because of `approach_mm` the carriage
     itself goes that much nearer; opening checks that the controller's own limits leave the room."""

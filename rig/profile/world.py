@@ -145,6 +145,11 @@ class FirmwareConfig(Model):
     """Resolution of the motor."""
     grbl_dialect: Literal["grbl", "grblhal", "fluidnc"] = "grbl"
     """Which descendant of GRBL a GRBL controller is."""
+    homes_z_first: bool = False
+    """Whether `$H` of a GRBL controller homes every axis, Z first, as stock firmware does: only
+    the carriage has a switch, so that fails."""
+    connecting_s: NotNegative = 0.0
+    """How long a GRBL controller with WiFi looks for its network before it answers."""
     zaber: ZaberFirmwareConfig = ZaberFirmwareConfig()
     """More, where the controller is a Zaber chain."""
     marlin: MarlinFirmwareConfig = MarlinFirmwareConfig()

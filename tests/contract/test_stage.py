@@ -26,14 +26,16 @@ def grbl_over_simulated_wire() -> Generator[StageCase]:
 
 @contextmanager
 def grblhal_over_simulated_wire() -> Generator[StageCase]:
-    with simulated_bench(firmware=FIRMWARE.model_copy(update={"grbl_dialect": "grblhal"})) as bench:
+    one_switch = {"grbl_dialect": "grblhal", "homes_z_first": True}
+    with simulated_bench(firmware=FIRMWARE.model_copy(update=one_switch)) as bench:
         yield StageCase(bench.stage, bench.clock, STAGE.tolerance_mm)
 
 
 @contextmanager
 def fluidnc_over_simulated_wire() -> Generator[StageCase]:
     config = STAGE.model_copy(update={"distance_at_machine_zero_mm": ZERO_MM - 2.0})
-    firmware = FIRMWARE.model_copy(update={"grbl_dialect": "fluidnc"})
+    with_wifi = {"grbl_dialect": "fluidnc", "homes_z_first": True, "connecting_s": 8.0}
+    firmware = FIRMWARE.model_copy(update=with_wifi)
     with simulated_bench(config, firmware) as bench:
         yield StageCase(bench.stage, bench.clock, STAGE.tolerance_mm)
 

@@ -17,7 +17,7 @@ from rig_drivers.marlin.dialect import AXES, Remark
 from rig_drivers.marlin.link import ANSWER_TIMEOUT_S, MarlinLink
 from rig_drivers.marlin.settings import MarlinAxis, read_axis, travel_time_s
 from rig_drivers.stage.serial_line import SerialLine
-from rig_drivers.stage.serial_stage import SerialStage
+from rig_drivers.stage.serial_stage import SerialStage, serial_line
 from rig_drivers.stage.travel import check_speed, check_travel
 
 QUICK_STOP = b"M410"
@@ -34,7 +34,7 @@ READING_ATTEMPTS = 6
 
 def marlin_stage(config: MarlinStageConfig, clock: Clock, *, name: str = "stage") -> SerialStage:
     """Return the stage of a profile, not yet opened."""
-    line = SerialLine(config.port, config.baud, clock=clock, device=name)
+    line = serial_line(config, clock, name)
     return SerialStage(config, line, MarlinController(config, line, clock, name), clock, name)
 
 

@@ -37,7 +37,16 @@ class SerialLine:
     Bytes may be written from any thread; only one may read.
     """
 
-    def __init__(self, port: str, baud: int, *, clock: Clock, device: str) -> None:
+    def __init__(
+        self,
+        port: str,
+        baud: int,
+        *,
+        clock: Clock,
+        device: str,
+        dtr: bool | None = None,
+        rts: bool | None = None,
+    ) -> None:
         """Describe the line without opening it.
 
         Args:
@@ -45,11 +54,14 @@ class SerialLine:
             baud: bits per second; 8 data bits, no parity, 1 stop bit.
             clock: on which deadlines are measured.
             device: name used in errors.
+            dtr: level of the line DTR while the port is open; None: as the system has it.
+            rts: the same of RTS.
         """
         self._port = port
         self._baud = baud
         self._clock = clock
         self._device = device
+        self._levels = (dtr, rts)
         self._serial: _Port | None = None
         self._buffer = bytearray()
         self._is_overlong = False
@@ -80,13 +92,22 @@ class SerialLine:
         """
         port = resolve_port(self._port, device=self._device)
         try:
-            self._serial = serial.serial_for_url(
+            opened = serial.serial_for_url(
                 port,
+                do_not_open=True,
                 baudrate=self._baud,
                 timeout=SLICE_S,
                 write_timeout=WRITE_TIMEOUT_S,
                 exclusive=True,
             )
+            # Before it opens: a level that is set later is a pulse, which resets many boards.
+            dtr, rts = self._levels
+            if dtr is not None:
+                opened.dtr = dtr
+            if rts is not None:
+                opened.rts = rts
+            opened.open()
+            self._serial = opened
         except (OSError, ValueError) as error:
             raise self._not_opened(error) from error
         self._buffer.clear()

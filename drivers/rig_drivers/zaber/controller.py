@@ -6,7 +6,7 @@ from rig.devices import Clock
 from rig.errors import ConfigError, DeviceError, DeviceLostError, StageAlarmError, StageTimeoutError
 from rig.profile import ZaberStageConfig
 from rig_drivers.stage.serial_line import SerialLine
-from rig_drivers.stage.serial_stage import SerialStage
+from rig_drivers.stage.serial_stage import SerialStage, serial_line
 from rig_drivers.stage.travel import check_speed, check_travel
 from rig_drivers.zaber.link import WHOLE_DEVICE, ZaberLink
 from rig_drivers.zaber.words import HARMLESS, INTERFERENCE, UNHOMED, alarm
@@ -28,7 +28,7 @@ STOP_MARGIN_S = 1.0
 
 def zaber_stage(config: ZaberStageConfig, clock: Clock, *, name: str = "stage") -> SerialStage:
     """Return the stage of a profile, not yet opened."""
-    line = SerialLine(config.port, config.baud, clock=clock, device=name)
+    line = serial_line(config, clock, name)
     return SerialStage(config, line, ZaberController(config, line, clock, name), clock, name)
 
 
