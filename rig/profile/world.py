@@ -112,6 +112,10 @@ class MarlinFirmwareConfig(Model):
     """Whether `ok` tells the number of its line."""
     busy_s: Positive = 2.0
     """Time between two `echo:busy` while a command is at work."""
+    axes: int = Field(default=3, ge=1, le=9)
+    """How many axes it is built with."""
+    answers_late: bool = False
+    """Whether it answers questions after its `ok`, as some old ones do."""
 
 
 class FirmwareConfig(Model):

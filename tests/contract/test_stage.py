@@ -62,7 +62,9 @@ def marlin_over_simulated_wire() -> Generator[StageCase]:
 
 @contextmanager
 def marlin_without_emergency_parser() -> Generator[StageCase]:
-    plain = MarlinFirmwareConfig(emergency_parser=False, advanced_ok=True)
+    plain = MarlinFirmwareConfig(
+        emergency_parser=False, advanced_ok=True, answers_late=True, axes=1
+    )
     with simulated_bench(MARLIN, FIRMWARE.model_copy(update={"marlin": plain})) as bench:
         yield StageCase(bench.stage, bench.clock, MARLIN.tolerance_mm, brakes=False)
 
