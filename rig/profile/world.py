@@ -92,6 +92,10 @@ class ZaberFirmwareConfig(Model):
     """Serial number of a device less its address."""
     checksum: bool = True
     """Whether answers end with a checksum."""
+    lacks: tuple[str, ...] = ()
+    """Settings that its firmware does not know; `driver` for the command that switches motors."""
+    is_binary: bool = False
+    """Whether it is set to the binary protocol, which rig does not speak."""
 
     @model_validator(mode="after")
     def _the_board_is_carried(self) -> Self:

@@ -48,7 +48,8 @@ def zaber_over_simulated_wire() -> Generator[StageCase]:
 
 @contextmanager
 def zaber_in_a_chain() -> Generator[StageCase]:
-    chain = ZaberFirmwareConfig(addresses=(2, 1, 7), address=7, axes=3, axis=2)
+    old = ("system.serial", "limit.home.preset", "motion.decelonly", "driver")
+    chain = ZaberFirmwareConfig(addresses=(2, 1, 7), address=7, axes=3, axis=2, lacks=old)
     config = ZABER.model_copy(update={"device_address": 7, "axis_number": 2})
     with simulated_bench(config, FIRMWARE.model_copy(update={"zaber": chain})) as bench:
         yield StageCase(bench.stage, bench.clock, ZABER.tolerance_mm, is_reset_by_opening=False)

@@ -21,6 +21,8 @@ WRITE_TIMEOUT_S = 2.0
 class _Port(Protocol):
     """What is used of a pyserial port, whatever its class."""
 
+    baudrate: int
+
     @property
     def in_waiting(self) -> int: ...
 
@@ -134,6 +136,27 @@ class SerialLine:
             port.write(data)
         except OSError as error:
             raise self._lost(error) from error
+
+    def probe(self, data: bytes, *, baud: int, timeout_s: float) -> bytes:
+        """Send bytes at another speed, and return all that comes back within `timeout_s`.
+
+        Raises:
+            DeviceLostError: the port is closed, gone, or takes no more data.
+        """
+        port = self._opened()
+        deadline_s = self._clock.now_s() + timeout_s
+        try:
+            port.baudrate = baud
+            self._buffer.clear()
+            port.write(data)
+            while self._clock.now_s() < deadline_s:
+                self._fill(waits=True)
+            port.baudrate = self._baud
+        except (OSError, ValueError) as error:
+            raise self._lost(error) from error
+        answer = bytes(self._buffer)
+        self._buffer.clear()
+        return answer
 
     def read_line(self, timeout_s: float) -> str | None:
         """Return the next line without its end, None if none is complete in time.
