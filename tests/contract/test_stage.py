@@ -15,6 +15,8 @@ from rig.devices import SystemClock
 from rig.profile import GrblStageConfig, MarlinFirmwareConfig, ZaberFirmwareConfig
 from rig.testing import StageCase
 from rig.testing.test_stage import *  # noqa: F403 - the suite itself
+from tests.support.people import manual_bench
+from tests.support.programs import command_bench
 from tests.support.stages import FIRMWARE, MARLIN, STAGE, ZABER, ZERO_MM, simulated_bench
 
 
@@ -71,6 +73,20 @@ def marlin_without_emergency_parser() -> Generator[StageCase]:
 
 
 @contextmanager
+def a_person() -> Generator[StageCase]:
+    # The way to the far end takes longer than the patience, but not than the suite's own timeout.
+    with manual_bench(patience_s=5.0) as (stage, person, clock):
+        person.slow_to, person.slowly_s = "900.0", 8.0
+        yield StageCase(stage, clock, 0.0, brakes=False)
+
+
+@contextmanager
+def a_program() -> Generator[StageCase]:
+    with command_bench() as (stage, _, clock):
+        yield StageCase(stage, clock, 0.05)
+
+
+@contextmanager
 def real_grbl() -> Generator[StageCase]:
     port = os.environ.get("RIG_GRBL_PORT")
     if port is None:
@@ -99,6 +115,8 @@ Maker = Callable[[], AbstractContextManager[StageCase]]
         zaber_in_a_chain,
         marlin_over_simulated_wire,
         marlin_without_emergency_parser,
+        a_person,
+        a_program,
         real_grbl,
     ]
 )
