@@ -248,3 +248,17 @@ def test_a_process_that_hangs_is_killed_with_its_children() -> None:
     done = running.output(60.0)
     assert done is not None
     assert done[0] == -9
+
+
+def test_the_example_of_the_page_is_a_stage_in_twenty_lines(tmp_path: Path) -> None:
+    page = Path(__file__).parents[3] / "docs/how-to/command-stage.md"
+    example = page.read_text().partition("```python\n")[2].partition("```")[0]
+    assert sum(bool(line.strip()) for line in example.splitlines()) <= 20
+    script = tmp_path / "stage.py"
+    script.write_text(example)
+    with stage_of(sys.executable, "-S", str(script), answer_timeout_s=60.0) as stage:
+        with pytest.raises(StageAlarmError, match="let the program find its reference"):
+            stage.home()
+        script.with_suffix(".position").write_text("400")
+        stage.home()
+        assert stage.move_to(512.25, 60.0) == 512.25
