@@ -13,11 +13,15 @@ from rig.plan import Stop
 from rig.progress import Tell
 from rig.sweep.job import SweepJob
 from rig.sweep.measure_sample import measure_sample
-from rig.sweep.points import axis_slopes_px, stop_results
+from rig.sweep.points import axis_slopes_px, stop_results, with_reading
 from rig.sweep.request import sweep_setup
 
 if TYPE_CHECKING:
     from rig.database import Store
+
+
+VISITS = 3.0 * 2.0**0.5
+"""By how many sigmas of one reading two readings of one distance may differ."""
 
 
 def measure_left_over(job: SweepJob, sweep_id: int, store: "Store") -> None:
@@ -38,11 +42,15 @@ def measure_old_distance_again(
     Raises:
         TargetError: the board is not where it was at the last finished distance.
     """
-    results = stop_results(
-        store.samples(sweep_id),
-        store.measurements(sweep_id),
-        max_motion_px=sweep_setup(job.run.profile).config.max_motion_px,
-        optics=job.run.optics,
+    stage = job.run.profile.stage
+    results = with_reading(
+        stop_results(
+            store.samples(sweep_id),
+            store.measurements(sweep_id),
+            max_motion_px=sweep_setup(job.run.profile).config.max_motion_px,
+            optics=job.run.optics,
+        ),
+        0.0 if stage is None else stage.distance_sigma_mm,
     )
     finished = [
         (result.stop, result.point)
@@ -68,9 +76,12 @@ def _measure_again(
     ]
     change_px = statistics.fmean(_slopes_px(now, optics)) - before.slope_px
     text = f"{stop.distance_mm:.1f} mm measured again: slope differs by {change_px:+.4f} px"
-    if abs(change_px) > config.max_motion_px:
+    allowed_px = config.max_motion_px
+    if profile.stage is not None and profile.stage.distance_sigma_mm:
+        allowed_px += VISITS * before.sem_px  # a hand does not find the same place again
+    if abs(change_px) > allowed_px:
         raise TargetError(
-            f"{text}, allowed {config.max_motion_px:.4f} px",
+            f"{text}, allowed {allowed_px:.4f} px",
             advice="camera, board or stage have changed since the sweep began: begin a new one",
             reason="changed",
         )

@@ -55,7 +55,8 @@ class Terminal:
 
     def tell(self, text: str) -> None:
         """See `Person.tell`."""
-        sys.stderr.write(text + "\n")
+        # Progress stands on an unfinished line.
+        sys.stderr.write(f"\n{text}\n")
         sys.stderr.flush()
 
     def answer(self, timeout_s: float) -> str | None:

@@ -21,7 +21,11 @@ WRITE_TIMEOUT_S = 2.0
 class _Port(Protocol):
     """What is used of a pyserial port, whatever its class."""
 
-    baudrate: int
+    @property
+    def baudrate(self) -> int: ...
+
+    @baudrate.setter
+    def baudrate(self, baudrate: int) -> None: ...
 
     @property
     def in_waiting(self) -> int: ...
