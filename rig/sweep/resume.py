@@ -10,6 +10,7 @@ from rig.hardware.opening import Hardware
 from rig.measurement import Measurement
 from rig.optics.optics import Optics
 from rig.plan import Stop
+from rig.profile import Profile
 from rig.progress import Tell
 from rig.sweep.job import SweepJob
 from rig.sweep.measure_sample import measure_sample
@@ -63,6 +64,19 @@ def measure_old_distance_again(
     _measure_again(*finished[-1], job, hardware, tell)
 
 
+def allowed_change_px(profile: Profile, before: CurvePoint, max_motion_px: float) -> float:
+    """Return by how much the slope of a distance may differ when it is visited again.
+
+    Args:
+        profile: of the sweep.
+        before: the distance as it was measured, its `sem_px` with the uncertainty of the distance.
+        max_motion_px: largest motion of a board that comes back by itself.
+    """
+    if profile.stage is None or not profile.stage.distance_sigma_mm:
+        return max_motion_px
+    return max_motion_px + VISITS * before.sem_px  # a hand does not find the same place again
+
+
 def _measure_again(
     stop: Stop, before: CurvePoint, job: SweepJob, hardware: Hardware, tell: Tell
 ) -> None:
@@ -76,9 +90,7 @@ def _measure_again(
     ]
     change_px = statistics.fmean(_slopes_px(now, optics)) - before.slope_px
     text = f"{stop.distance_mm:.1f} mm measured again: slope differs by {change_px:+.4f} px"
-    allowed_px = config.max_motion_px
-    if profile.stage is not None and profile.stage.distance_sigma_mm:
-        allowed_px += VISITS * before.sem_px  # a hand does not find the same place again
+    allowed_px = allowed_change_px(profile, before, config.max_motion_px)
     if abs(change_px) > allowed_px:
         raise TargetError(
             f"{text}, allowed {allowed_px:.4f} px",
