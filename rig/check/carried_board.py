@@ -7,7 +7,7 @@ from rig.check.curve_drift import judge_curve_drift
 from rig.check.items import Item, failed
 from rig.check.reach import Reach, judge_reach, predict_reach
 from rig.check.span import ends_mm, middle_mm, plan_mm
-from rig.check.stage import judge_repeatability, repeatability
+from rig.check.stage import judge_reading, judge_repeatability, repeatability
 from rig.errors import DeviceError, RigError
 from rig.optics.optics import Optics
 from rig.profile import Profile
@@ -40,6 +40,9 @@ def judge_carried_board(
         return
     yield judge_places(profile, [near, middle, far])
     wanted_mm, step_mm = middle_mm(profile), min(STEP_MM, (far_mm - near_mm) / 4.0)
+    if profile.stage is not None and profile.stage.distance_sigma_mm:
+        yield judge_reading(profile.stage.distance_sigma_mm, wanted_mm, profile)
+        return
     try:
         arrivals = list(bench.arrivals(wanted_mm, step_mm, ARRIVALS))
     except DeviceError as error:

@@ -136,3 +136,25 @@ def judge_repeatability(figures: Repeatability, profile: Profile) -> Item:
             "allowed_mm": allowed_mm,
         },
     )
+
+
+def judge_reading(sigma_mm: float, wanted_mm: float, profile: Profile) -> Item:
+    """Judge distances that a person reads; nobody is sent to one place again and again.
+
+    Args:
+        sigma_mm: 1 sigma of one reading.
+        wanted_mm: the distance at which the profile's depth error is compared with it.
+        profile: says how much error is allowed.
+    """
+    allowed_mm = profile.quality.holdout_rms_pct / 100.0 * wanted_mm
+    status = graded(sigma_mm, warn_above=SMALL_SHARE * allowed_mm, fail_above=allowed_mm)
+    return Item(
+        "repeatability",
+        status,
+        f"distances are read within {sigma_mm:.3f} mm (1 sigma, the profile says); allowed "
+        f"{allowed_mm:.3f} mm at {wanted_mm:.1f} mm",
+        ""
+        if status == "pass"
+        else "read better and lower the stage's reading_sigma_mm, or raise quality.holdout_rms_pct",
+        {"reading_sigma_mm": sigma_mm, "allowed_mm": allowed_mm},
+    )

@@ -10,7 +10,9 @@ from rig.profile.cameras import (
 )
 from rig.profile.models import Profile, SweepConfig
 from rig.profile.stages import (
+    CommandStageConfig,
     GrblStageConfig,
+    ManualStageConfig,
     MarlinStageConfig,
     SerialStageConfig,
     StageConfig,
@@ -32,9 +34,11 @@ __all__ = [
     "CarriageConfig",
     "CharucoConfig",
     "CheckerboardConfig",
+    "CommandStageConfig",
     "FirmwareConfig",
     "FolderCameraConfig",
     "GrblStageConfig",
+    "ManualStageConfig",
     "MarlinFirmwareConfig",
     "MarlinStageConfig",
     "NoiseConfig",

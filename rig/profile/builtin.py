@@ -18,6 +18,8 @@ STAGES: Mapping[str, str] = {
     "grbl": "rig_drivers.grbl.kind:GRBL",
     "zaber": "rig_drivers.zaber.kind:ZABER",
     "marlin": "rig_drivers.marlin.kind:MARLIN",
+    "manual": "rig_drivers.manual.kind:MANUAL",
+    "command": "rig_drivers.command.kind:COMMAND",
 }
 """By `stage.kind`: module and name of its `StageKind`. The first one is what a new profile takes
 where nothing tells the protocol; `rig_sim.firmware` has a package of the same name for each that

@@ -34,6 +34,11 @@ class StageConfig(Model):
         """Whether it moves in the profile's `world`."""
         return False
 
+    @property
+    def distance_sigma_mm(self) -> float:
+        """Uncertainty (1 sigma) of a distance, where it is more than the stage's play."""
+        return 0.0
+
     @model_validator(mode="after")
     def _travel_has_a_length(self) -> Self:
         if not self.travel_mm[0] < self.travel_mm[1]:
@@ -50,6 +55,11 @@ class SerialStageConfig(StageConfig):
     adapter with that USB serial number, or a pyserial URL such as `socket://host:port`."""
     baud: int = Field(default=115200, gt=0)
     """Bits per second."""
+    dtr: bool | None = None
+    """Level of the line DTR while the port is open; without it the system decides, which raises it
+    and so resets most boards. `false` for boards that stay in reset otherwise."""
+    rts: bool | None = None
+    """The same of the line RTS."""
     travel_mm: Span
     """Nearest and farthest distance the board may be sent to. Because of `approach_mm` the carriage
     itself goes that much nearer; opening checks that the controller's own limits leave the room."""
@@ -113,3 +123,40 @@ class MarlinStageConfig(SerialStageConfig):
     """Selects Marlin's dialect of G-code."""
     axis: Literal["X", "Y", "Z"] = "X"
     """The controller's axis that carries the board."""
+
+
+class ManualStageConfig(StageConfig):
+    """No stage at all: a person puts the board where rig says, along a ruler or a rail."""
+
+    kind: Literal["manual"]
+    """Selects the hand."""
+    reading_sigma_mm: Positive = 0.5
+    """Uncertainty (1 sigma) of where the board stands: of the reading and of the hand."""
+    tolerance_mm: Positive = 5.0
+    """How far from the asked distance the board may stand, where the true reading is typed in."""
+    patience_s: Positive = 900.0
+    """A person has at least so long for each distance, whatever `sweep.move_timeout_s` says."""
+
+    @property
+    def distance_sigma_mm(self) -> float:
+        """See `StageConfig.distance_sigma_mm`."""
+        return self.reading_sigma_mm
+
+
+class CommandStageConfig(StageConfig):
+    """A stage behind a program of your own, which moves it, tells where it is, and stops it."""
+
+    kind: Literal["command"]
+    """Selects the program."""
+    command: tuple[str, ...] = Field(min_length=1)
+    """The program and its first arguments; no shell reads them. `move MM`, `position` or `stop` is
+    added, and each answers with one line of JSON."""
+    tolerance_mm: Positive = 0.05
+    """Largest difference between the position asked for and the one read back."""
+    answer_timeout_s: Positive = 5.0
+    """Longest wait for the answer to `position` and `stop`; `move` has as long as the run says."""
+
+    @property
+    def place(self) -> str:
+        """See `StageConfig.place`."""
+        return " ".join(self.command)

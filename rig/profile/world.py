@@ -92,6 +92,10 @@ class ZaberFirmwareConfig(Model):
     """Serial number of a device less its address."""
     checksum: bool = True
     """Whether answers end with a checksum."""
+    lacks: tuple[str, ...] = ()
+    """Settings that its firmware does not know; `driver` for the command that switches motors."""
+    is_binary: bool = False
+    """Whether it is set to the binary protocol, which rig does not speak."""
 
     @model_validator(mode="after")
     def _the_board_is_carried(self) -> Self:
@@ -112,6 +116,10 @@ class MarlinFirmwareConfig(Model):
     """Whether `ok` tells the number of its line."""
     busy_s: Positive = 2.0
     """Time between two `echo:busy` while a command is at work."""
+    axes: int = Field(default=3, ge=1, le=9)
+    """How many axes it is built with."""
+    answers_late: bool = False
+    """Whether it answers questions after its `ok`, as some old ones do."""
 
 
 class FirmwareConfig(Model):
@@ -145,6 +153,11 @@ class FirmwareConfig(Model):
     """Resolution of the motor."""
     grbl_dialect: Literal["grbl", "grblhal", "fluidnc"] = "grbl"
     """Which descendant of GRBL a GRBL controller is."""
+    homes_z_first: bool = False
+    """Whether `$H` of a GRBL controller homes every axis, Z first, as stock firmware does: only
+    the carriage has a switch, so that fails."""
+    connecting_s: NotNegative = 0.0
+    """How long a GRBL controller with WiFi looks for its network before it answers."""
     zaber: ZaberFirmwareConfig = ZaberFirmwareConfig()
     """More, where the controller is a Zaber chain."""
     marlin: MarlinFirmwareConfig = MarlinFirmwareConfig()

@@ -11,7 +11,7 @@ from rig.stored import run_of_sweep, stored_profile
 from rig.sweep.alignment import Alignment, board_field, measure_alignment
 from rig.sweep.calibration_use import CalibrationUse, calibration_use
 from rig.sweep.gates import Gate, quality_gates
-from rig.sweep.points import StopResult, stop_results, without_field
+from rig.sweep.points import StopResult, stop_results, with_reading, without_field
 from rig.sweep.request import sweep_setup
 from rig.sweep.rows import rows_of_sweep
 from rig.sweep.take import SweepTimes
@@ -126,6 +126,7 @@ def _fit(store: Store, sweep_id: int) -> _Evidence:
     term = None if field is None else field.term
     if term is not None:
         stops = without_field(stops, term)
+    stops = with_reading(stops, 0.0 if profile.stage is None else profile.stage.distance_sigma_mm)
     try:
         fit = fit_curve([stop.point for stop in stops if stop.point is not None])
     except CurveError as error:

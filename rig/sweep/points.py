@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rig.curve import CurvePoint, FieldTerm
+from rig.curve.reading import with_distance_sigma
 from rig.geometry.epipolar_error import EpipolarError
 from rig.measurement import Measurement
 from rig.optics.optics import Optics
@@ -95,6 +96,15 @@ def _stop_result(
         problem=problem,
         pixel_sigma_px=_mean([m.dense_pixel_sigma_px for m in good]),
     )
+
+
+def with_reading(stops: tuple[StopResult, ...], distance_sigma_mm: float) -> tuple[StopResult, ...]:
+    """Have the slopes bear what distances are uncertain by (1 sigma); 0 changes nothing."""
+    if not distance_sigma_mm:
+        return stops
+    known = [stop.point for stop in stops if stop.point is not None]
+    points = iter(with_distance_sigma(known, distance_sigma_mm))
+    return tuple(s if s.point is None else replace(s, point=next(points)) for s in stops)
 
 
 def without_field(stops: Sequence[StopResult], term: FieldTerm) -> tuple[StopResult, ...]:

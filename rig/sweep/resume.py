@@ -10,14 +10,19 @@ from rig.hardware.opening import Hardware
 from rig.measurement import Measurement
 from rig.optics.optics import Optics
 from rig.plan import Stop
+from rig.profile import Profile
 from rig.progress import Tell
 from rig.sweep.job import SweepJob
 from rig.sweep.measure_sample import measure_sample
-from rig.sweep.points import axis_slopes_px, stop_results
+from rig.sweep.points import axis_slopes_px, stop_results, with_reading
 from rig.sweep.request import sweep_setup
 
 if TYPE_CHECKING:
     from rig.database import Store
+
+
+VISITS = 3.0 * 2.0**0.5
+"""By how many sigmas of one reading two readings of one distance may differ."""
 
 
 def measure_left_over(job: SweepJob, sweep_id: int, store: "Store") -> None:
@@ -38,11 +43,15 @@ def measure_old_distance_again(
     Raises:
         TargetError: the board is not where it was at the last finished distance.
     """
-    results = stop_results(
-        store.samples(sweep_id),
-        store.measurements(sweep_id),
-        max_motion_px=sweep_setup(job.run.profile).config.max_motion_px,
-        optics=job.run.optics,
+    stage = job.run.profile.stage
+    results = with_reading(
+        stop_results(
+            store.samples(sweep_id),
+            store.measurements(sweep_id),
+            max_motion_px=sweep_setup(job.run.profile).config.max_motion_px,
+            optics=job.run.optics,
+        ),
+        0.0 if stage is None else stage.distance_sigma_mm,
     )
     finished = [
         (result.stop, result.point)
@@ -53,6 +62,19 @@ def measure_old_distance_again(
         tell(f"sweep {sweep_id}: no distance was finished before; nothing to compare with")
         return
     _measure_again(*finished[-1], job, hardware, tell)
+
+
+def allowed_change_px(profile: Profile, before: CurvePoint, max_motion_px: float) -> float:
+    """Return by how much the slope of a distance may differ when it is visited again.
+
+    Args:
+        profile: of the sweep.
+        before: the distance as it was measured, its `sem_px` with the uncertainty of the distance.
+        max_motion_px: largest motion of a board that comes back by itself.
+    """
+    if profile.stage is None or not profile.stage.distance_sigma_mm:
+        return max_motion_px
+    return max_motion_px + VISITS * before.sem_px  # a hand does not find the same place again
 
 
 def _measure_again(
@@ -68,9 +90,10 @@ def _measure_again(
     ]
     change_px = statistics.fmean(_slopes_px(now, optics)) - before.slope_px
     text = f"{stop.distance_mm:.1f} mm measured again: slope differs by {change_px:+.4f} px"
-    if abs(change_px) > config.max_motion_px:
+    allowed_px = allowed_change_px(profile, before, config.max_motion_px)
+    if abs(change_px) > allowed_px:
         raise TargetError(
-            f"{text}, allowed {config.max_motion_px:.4f} px",
+            f"{text}, allowed {allowed_px:.4f} px",
             advice="camera, board or stage have changed since the sweep began: begin a new one",
             reason="changed",
         )

@@ -15,6 +15,8 @@ from rig.devices import SystemClock
 from rig.profile import GrblStageConfig, MarlinFirmwareConfig, ZaberFirmwareConfig
 from rig.testing import StageCase
 from rig.testing.test_stage import *  # noqa: F403 - the suite itself
+from tests.support.people import manual_bench
+from tests.support.programs import command_bench
 from tests.support.stages import FIRMWARE, MARLIN, STAGE, ZABER, ZERO_MM, simulated_bench
 
 
@@ -26,14 +28,16 @@ def grbl_over_simulated_wire() -> Generator[StageCase]:
 
 @contextmanager
 def grblhal_over_simulated_wire() -> Generator[StageCase]:
-    with simulated_bench(firmware=FIRMWARE.model_copy(update={"grbl_dialect": "grblhal"})) as bench:
+    one_switch = {"grbl_dialect": "grblhal", "homes_z_first": True}
+    with simulated_bench(firmware=FIRMWARE.model_copy(update=one_switch)) as bench:
         yield StageCase(bench.stage, bench.clock, STAGE.tolerance_mm)
 
 
 @contextmanager
 def fluidnc_over_simulated_wire() -> Generator[StageCase]:
     config = STAGE.model_copy(update={"distance_at_machine_zero_mm": ZERO_MM - 2.0})
-    firmware = FIRMWARE.model_copy(update={"grbl_dialect": "fluidnc"})
+    with_wifi = {"grbl_dialect": "fluidnc", "homes_z_first": True, "connecting_s": 8.0}
+    firmware = FIRMWARE.model_copy(update=with_wifi)
     with simulated_bench(config, firmware) as bench:
         yield StageCase(bench.stage, bench.clock, STAGE.tolerance_mm)
 
@@ -46,7 +50,8 @@ def zaber_over_simulated_wire() -> Generator[StageCase]:
 
 @contextmanager
 def zaber_in_a_chain() -> Generator[StageCase]:
-    chain = ZaberFirmwareConfig(addresses=(2, 1, 7), address=7, axes=3, axis=2)
+    old = ("system.serial", "limit.home.preset", "motion.decelonly", "driver")
+    chain = ZaberFirmwareConfig(addresses=(2, 1, 7), address=7, axes=3, axis=2, lacks=old)
     config = ZABER.model_copy(update={"device_address": 7, "axis_number": 2})
     with simulated_bench(config, FIRMWARE.model_copy(update={"zaber": chain})) as bench:
         yield StageCase(bench.stage, bench.clock, ZABER.tolerance_mm, is_reset_by_opening=False)
@@ -60,9 +65,25 @@ def marlin_over_simulated_wire() -> Generator[StageCase]:
 
 @contextmanager
 def marlin_without_emergency_parser() -> Generator[StageCase]:
-    plain = MarlinFirmwareConfig(emergency_parser=False, advanced_ok=True)
+    plain = MarlinFirmwareConfig(
+        emergency_parser=False, advanced_ok=True, answers_late=True, axes=1
+    )
     with simulated_bench(MARLIN, FIRMWARE.model_copy(update={"marlin": plain})) as bench:
         yield StageCase(bench.stage, bench.clock, MARLIN.tolerance_mm, brakes=False)
+
+
+@contextmanager
+def a_person() -> Generator[StageCase]:
+    # The way to the far end takes longer than the patience, but not than the suite's own timeout.
+    with manual_bench(patience_s=5.0) as (stage, person, clock):
+        person.slow_to, person.slowly_s = "900.0", 8.0
+        yield StageCase(stage, clock, 0.0, brakes=False)
+
+
+@contextmanager
+def a_program() -> Generator[StageCase]:
+    with command_bench() as (stage, _, clock):
+        yield StageCase(stage, clock, 0.05)
 
 
 @contextmanager
@@ -94,6 +115,8 @@ Maker = Callable[[], AbstractContextManager[StageCase]]
         zaber_in_a_chain,
         marlin_over_simulated_wire,
         marlin_without_emergency_parser,
+        a_person,
+        a_program,
         real_grbl,
     ]
 )

@@ -6,17 +6,25 @@ from typing import Any, TypeVar
 from rig.devices import Clock
 from rig.errors import DeviceLostError, StageAlarmError
 from rig.profile import GrblStageConfig
-from rig_drivers.grbl.dialect import AXES, Dialect, Message, Setting
+from rig_drivers.grbl.dialect import AXES, Dialect, Message, Setting, standstill
+from rig_drivers.grbl.homing import (
+    EVERY_AXIS,
+    FAILED_HOMING,
+    UNKNOWN_COMMAND,
+    homed_every_axis,
+    homing_commands,
+)
 from rig_drivers.grbl.link import HOLD, RESET, GrblLink
 from rig_drivers.grbl.settings import (
     FLUIDNC_KEYS,
     GrblAxis,
     check_axis,
+    motor_at_rest,
     read_axis,
     read_fluidnc_axis,
 )
 from rig_drivers.stage.serial_line import SerialLine
-from rig_drivers.stage.serial_stage import SerialStage
+from rig_drivers.stage.serial_stage import SerialStage, serial_line
 
 HOLD_MARGIN_S = 2.0
 """Added to the time that braking takes."""
@@ -27,7 +35,7 @@ Values = TypeVar("Values", bound=Mapping[Any, object])
 
 def grbl_stage(config: GrblStageConfig, clock: Clock, *, name: str = "stage") -> SerialStage:
     """Return the stage of a profile, not yet opened."""
-    line = SerialLine(config.port, config.baud, clock=clock, device=name)
+    line = serial_line(config, clock, name)
     return SerialStage(config, line, GrblController(config, line, clock, name), clock, name)
 
 
@@ -46,6 +54,7 @@ class GrblController:
         self._index = AXES.index(config.axis)
         self._link = GrblLink(line, clock, name)
         self._axis: GrblAxis | None = None
+        self._homing = ("$H",)
         self._is_homing = False
 
     def connect(self) -> Mapping[str, str]:
@@ -53,19 +62,23 @@ class GrblController:
         self._is_homing = False
         banner = self._link.connect()
         about = {m.kind: m.text for m in self._link.command("$I") if isinstance(m, Message)}
-        if banner.dialect is Dialect.FLUIDNC:
-            axis = read_fluidnc_axis(self._read_tree(), self._config, device=self._name)
-        else:
-            options = about.get("OPT", "").partition(",")[0]
-            axis = read_axis(self._read_settings(), options, self._config, device=self._name)
-        check_axis(self._config, axis, device=self._name)
-        self._axis = axis
-        return {
+        options = about.get("OPT", "").partition(",")[0]
+        self._homing = homing_commands(banner.dialect, options, self._config.axis)
+        told = {
             "firmware": banner.dialect.value,
             "version": banner.version,
             "build": about.get("VER", ""),
             "options": about.get("OPT", ""),
         }
+        if banner.dialect is Dialect.FLUIDNC:
+            axis = read_fluidnc_axis(self._read_tree(), self._config, device=self._name)
+        else:
+            settings = self._read_settings()
+            axis = read_axis(settings, options, self._config, device=self._name)
+            told |= motor_at_rest(settings)
+        check_axis(self._config, axis, device=self._name)
+        self._axis = axis
+        return told
 
     @property
     def is_homed(self) -> bool:
@@ -83,12 +96,7 @@ class GrblController:
             return None
         state, machine_mm = rest
         if state != "Idle":
-            raise StageAlarmError(
-                self._name,
-                f"{what}, found the controller in state {state}",
-                advice="see what stopped it, then home again",
-                code=state,
-            )
+            raise standstill(self._name, what, state)
         return machine_mm
 
     def move(self, machine_mm: float) -> None:
@@ -106,7 +114,7 @@ class GrblController:
         self._link.reset()
         self._link.is_homed = False
         self._is_homing = True
-        self._link.command("$H", timeout_s)
+        self._find_switch(timeout_s)
         self._is_homing = False
         return self._opened_axis().home_mm
 
@@ -139,6 +147,24 @@ class GrblController:
         self._link.command("$SLP")
         self._link.is_homed = False
 
+    def _find_switch(self, timeout_s: float) -> None:
+        """Home, by the first command that the firmware knows."""
+        *single, last = self._homing
+        for command in single:
+            try:
+                self._link.command(command, timeout_s)
+            except StageAlarmError as error:
+                if error.code != UNKNOWN_COMMAND:
+                    raise
+            else:
+                return
+        try:
+            self._link.command(last, timeout_s)
+        except StageAlarmError as error:
+            if last == EVERY_AXIS and error.code in FAILED_HOMING:
+                raise homed_every_axis(error, self._config.axis) from error
+            raise
+
     def _read_settings(self) -> dict[int, float]:
         """Read the numbered settings."""
 
@@ -149,7 +175,7 @@ class GrblController:
         return self._read_twice(read, "$$")
 
     def _read_tree(self) -> dict[str, str]:
-        """Read FluidNC's configuration of the axis; what it does not know is left out."""
+        """Read FluidNC's configuration of the axis; what it does not know is empty."""
         where = f"/axes/{self._config.axis.lower()}"
 
         def read() -> dict[str, str]:
@@ -160,6 +186,7 @@ class GrblController:
                 except StageAlarmError as error:
                     if not error.code.startswith("error:"):
                         raise
+                    found[key] = ""
                     continue
                 texts = [m.text for m in replies if isinstance(m, Message)]
                 if texts:

@@ -92,7 +92,8 @@ _BANNER = re.compile(r"(Grbl\w*) (\d{1,3}\.\d{1,3}\w*) \[(FluidNC)?.*\]", re.ASC
 _SETTING = re.compile(r"\$(\d{1,3})=(-?\d{1,9}(?:\.\d{1,6})?)(?: \(.*\))?", re.ASCII)
 _TEXT_SETTING = re.compile(r"\$(\d{1,3}|/[a-z0-9_/]{1,60})=(.*)", re.ASCII)
 _MESSAGE = re.compile(r"\[([A-Za-z0-9]{1,8}):(.*)\]")
-_STATUS = re.compile(r"<([A-Z][a-z]+(?::\d{1,2})?)((?:\|[A-Za-z]+:[^|<>]*)*)>", re.ASCII)
+_STATUS = re.compile(r"<([A-Z][a-z]+(?::\d{1,2})?)((?:\|[ -;=?-{}~]+)*)>", re.ASCII)
+"""Any field of printable characters: every descendant of GRBL adds keys of its own."""
 _POSITION = re.compile(r"-?\d{1,6}\.\d{3}", re.ASCII)
 
 
@@ -138,6 +139,30 @@ def _status(state: str, fields: str) -> Status | None:
     if ("MPos" in vectors) == ("WPos" in vectors):
         return None
     return Status(state, vectors.get("MPos"), vectors.get("WPos"), vectors.get("WCO"))
+
+
+STANDSTILLS = {
+    "Door:0": ("the safety door was open and is closed again", "home again"),
+    "Door:1": ("the safety door is open", "close it (or bridge its input), then home again"),
+    "Hold:0": ("a feed hold", "see who has sent it, then home again"),
+    "Tool": ("the controller waits for a change of tool", "end that (`~`), then home again"),
+    "Sleep": ("the motors have no current", "home again, which wakes the controller up"),
+    "Check": ("the controller only checks G-code ($C) and moves nothing", "send $C, then home"),
+    "Alarm:11": (
+        "the controller wants every axis to be homed before any may move",
+        "take the other axes out of its homing ($44, $45, ...) or bit 2 out of $22, then home",
+    ),
+}
+"""States in which nothing moves although nothing has ended: what each means, and what to do."""
+
+
+def standstill(device: str, what: str, state: str) -> StageAlarmError:
+    """Return the error of a controller that stands, but not because it has arrived."""
+    found, advice = STANDSTILLS.get(state, ("", "see what stopped it, then home again"))
+    told = f"state {state}: {found}" if found else f"state {state}"
+    return StageAlarmError(
+        device, f"{what}, found the controller in {told}", advice=advice, code=state
+    )
 
 
 _ALARMS = {

@@ -8,6 +8,7 @@ from rig.errors import (
     StageTimeoutError,
 )
 from rig_drivers.grbl.dialect import (
+    STANDSTILLS,
     Alarm,
     Banner,
     Dialect,
@@ -26,6 +27,10 @@ from rig_drivers.stage.serial_line import SerialLine
 
 BANNER_TIMEOUT_S = 3.0
 """Opening the port resets an Uno; its banner comes after 1-2 s."""
+BOOT_SILENCE_S = 6.0
+"""FluidNC with WiFi says every 2 s that it is connecting, and gives its banner after 8-10 s;"""
+BOOT_TIMEOUT_S = 60.0
+"""no network keeps it for longer than this."""
 ANSWER_TIMEOUT_S = 2.0
 STATUS_TIMEOUT_S = 0.3
 """`?` is answered within milliseconds; later it was lost and is asked again."""
@@ -37,8 +42,6 @@ RESET_ATTEMPTS = 3
 RESET = b"\x18"
 HOLD = b"!"
 STATUS = b"?"
-
-STATES_AT_REST = ("Idle", "Hold:0", "Alarm", "Check", "Sleep")
 
 
 class GrblLink:
@@ -69,14 +72,16 @@ class GrblLink:
         self._dialogue.restart()
         self._offset_mm = None
         self.is_homed = False
-        banner = self._await_banner()
+        start_s = self._clock.now_s()
+        banner = self._await_banner(boots=True)
         if banner is None:
             self._dialogue.write(RESET)
-            banner = self._await_banner()
+            banner = self._await_banner(boots=True)
         if banner is None:
+            waited_s = self._clock.now_s() - start_s
             raise DeviceNotFoundError(
                 self._device,
-                f"asked for GRBL, no banner came within {2 * BANNER_TIMEOUT_S:.0f} s"
+                f"asked for GRBL, no banner came within {waited_s:.0f} s"
                 f"{self._dialogue.noise_note()}",
                 advice="check port, baud rate and the controller's supply",
             )
@@ -222,11 +227,16 @@ class GrblLink:
 
     # -- reading ------------------------------------------------------------------------------
 
-    def _await_banner(self) -> Banner | None:
-        deadline_s = self._clock.now_s() + BANNER_TIMEOUT_S
+    def _await_banner(self, *, boots: bool = False) -> Banner | None:
+        """Wait for the banner; where the controller boots, as long as it says that it does."""
+        start_s = self._clock.now_s()
+        deadline_s = start_s + BANNER_TIMEOUT_S
         while (reply := self._dialogue.next(deadline_s)) is not None:
             if isinstance(reply, Banner):
                 return reply
+            if boots and isinstance(reply, Message) and reply.kind == "MSG":
+                now_s = self._clock.now_s()
+                deadline_s = min(now_s + BOOT_SILENCE_S, start_s + BOOT_TIMEOUT_S)
         return None
 
     def _drain(self) -> None:
@@ -272,4 +282,4 @@ class GrblLink:
 
 def _is_at_rest(state: str) -> bool:
     """Whether nothing moves; some dialects say after a colon which alarm it is."""
-    return state in STATES_AT_REST or state.startswith("Alarm:")
+    return state == "Idle" or state in STANDSTILLS or state.partition(":")[0] == "Alarm"

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from rig.errors import ConfigError
 from rig.profile import GrblStageConfig
 from rig_drivers.grbl.dialect import AXES
+from rig_drivers.grbl.homing import homing_time_s
 from rig_drivers.stage.travel import check_speed, check_travel
 
 
@@ -20,6 +21,8 @@ class GrblAxis:
     """Machine coordinates that the soft limits allow."""
     home_mm: float
     """Machine coordinate at which homing ends."""
+    homing_s: float | None = None
+    """How long homing takes from the far end of the travel; None where nothing tells."""
 
 
 def read_axis(
@@ -63,7 +66,21 @@ def read_axis(
     else:
         range_mm = (-travel_mm, 0.0)
         home_mm = pull_off_mm - travel_mm if homes_down else -pull_off_mm
-    return GrblAxis(settings[110 + axis] / 60.0, settings[120 + axis], range_mm, home_mm)
+    homing_s = homing_time_s(settings, travel_mm)
+    return GrblAxis(settings[110 + axis] / 60.0, settings[120 + axis], range_mm, home_mm, homing_s)
+
+
+HOLDS = 255
+"""$1: the motor keeps its current."""
+
+
+def motor_at_rest(settings: Mapping[int, float]) -> dict[str, str]:
+    """Return what to tell of a motor that loses its current after every move, else nothing."""
+    off_ms = settings.get(1, HOLDS)
+    if off_ms >= HOLDS:
+        return {}
+    told = f"off {off_ms:.0f} ms after every move ($1={off_ms:.0f}), which may cost steps"
+    return {"motor": f"{told}: send $1={HOLDS}"}
 
 
 FLUIDNC_KEYS = (
@@ -91,7 +108,13 @@ def read_fluidnc_axis(
         ConfigError: a value is missing, or not as a measuring stage needs it.
     """
     where = f"/axes/{config.axis.lower()}"
-    missing = [key for key in FLUIDNC_KEYS if key not in values]
+    missing = [key for key in FLUIDNC_KEYS if not values.get(key)]
+    if len(missing) == len(FLUIDNC_KEYS):
+        raise ConfigError(
+            f"{device}: FluidNC knows nothing of {where}, so its configuration has no axis "
+            f"{config.axis}, or it was not loaded",
+            advice="see its boot messages ($SS), and name the axis in its configuration file",
+        )
     if missing:
         raise ConfigError(
             f"{device}: FluidNC has no {where}/{missing[0]}",
@@ -129,3 +152,9 @@ def check_axis(config: GrblStageConfig, axis: GrblAxis, *, device: str) -> None:
         )
     check_speed(config, axis.rate_mm_s, setting=f"${110 + number}", device=device)
     check_travel(config, axis.range_mm, setting=f"${130 + number}", device=device)
+    if axis.homing_s is not None and axis.homing_s > config.homing_timeout_s:
+        raise ConfigError(
+            f"{device}: homing takes up to {axis.homing_s:.0f} s (${130 + number}, search speed "
+            f"$25), homing_timeout_s is {config.homing_timeout_s:.1f}",
+            advice="raise $25 (mm per minute) or homing_timeout_s",
+        )

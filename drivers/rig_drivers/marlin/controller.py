@@ -13,15 +13,17 @@ from rig.errors import (
     StageTimeoutError,
 )
 from rig.profile import MarlinStageConfig
-from rig_drivers.marlin.dialect import AXES, Remark
-from rig_drivers.marlin.link import ANSWER_TIMEOUT_S, MarlinLink
+from rig_drivers.marlin.dialect import KILLED, KLIPPER
+from rig_drivers.marlin.link import ANSWER_TIMEOUT_S, MarlinLink, klipper
 from rig_drivers.marlin.settings import MarlinAxis, read_axis, travel_time_s
 from rig_drivers.stage.serial_line import SerialLine
-from rig_drivers.stage.serial_stage import SerialStage
+from rig_drivers.stage.serial_stage import SerialStage, serial_line
 from rig_drivers.stage.travel import check_speed, check_travel
 
 QUICK_STOP = b"M410"
 EMERGENCY_STOP = b"M112"
+IDLE_OFF_S = 120.0
+"""Motors lose their current after so long at rest, unless told not to (M84 S0)."""
 POLL_S = 0.25
 """Time between two signs of life during a motion."""
 REREAD_S = 0.01
@@ -34,7 +36,7 @@ READING_ATTEMPTS = 6
 
 def marlin_stage(config: MarlinStageConfig, clock: Clock, *, name: str = "stage") -> SerialStage:
     """Return the stage of a profile, not yet opened."""
-    line = SerialLine(config.port, config.baud, clock=clock, device=name)
+    line = serial_line(config, clock, name)
     return SerialStage(config, line, MarlinController(config, line, clock, name), clock, name)
 
 
@@ -54,13 +56,13 @@ class MarlinController:
         self._config = config
         self._clock = clock
         self._name = name
-        self._index = AXES.index(config.axis)
         self._link = MarlinLink(line, clock, name)
         self._axis: MarlinAxis | None = None
         self._ends_s = 0.0
         self._at_mm: float | None = None
         self._is_homing = False
         self._is_moving = False
+        self._idle_s: float | None = None
 
     def connect(self) -> Mapping[str, str]:
         """See `Controller.connect`."""
@@ -69,6 +71,7 @@ class MarlinController:
         self._link.connect()
         about = self._ask_who()
         self._link.command("M113 S1")
+        self._keep_current()
         axis = self._read_settings()
         check_speed(self._config, axis.rate_mm_s, setting="M203", device=self._name)
         check_travel(self._config, axis.range_mm, setting="M211", device=self._name)
@@ -86,10 +89,13 @@ class MarlinController:
         if self._link.is_killed:
             raise StageAlarmError(
                 self._name,
-                "the controller has halted (kill)",
-                advice="switch it off and on, open it again, then home",
-                code="killed",
+                f"the controller has halted (kill): {self._link.fault}",
+                advice="clear its cause, switch it off and on, open it again, then home",
+                code=KILLED,
             )
+        if self._idle_s is not None and self._clock.now_s() - self._ends_s > self._idle_s:
+            # Nobody can say whether the motors have lost their current meanwhile.
+            self._link.is_homed = False
 
     def rest_mm(self, what: str, timeout_s: float) -> float | None:
         """See `Controller.rest_mm`."""
@@ -157,7 +163,7 @@ class MarlinController:
         self._at_mm = None
         if was_moving:
             self._link.is_homed = False
-        if self._link.is_killed:
+        if self._link.halts():
             return
         if was_homing:
             self._link.kill()
@@ -190,9 +196,10 @@ class MarlinController:
     # -- the controller -----------------------------------------------------------------------
 
     def _ask_who(self) -> dict[str, str]:
-        lines = [reply.text for reply in self._link.command("M115") if isinstance(reply, Remark)]
-        text = " ".join(lines)
+        text = " ".join(self._link.ask("M115", "FIRMWARE_NAME"))
         name = re.search(r"FIRMWARE_NAME:\s*(.*?)(?= [A-Z_]+:|$)", text)
+        if name is not None and KLIPPER in name[1]:
+            raise klipper(self._name, f"M115: {name[1]}")
         if name is None or "Marlin" not in name[1]:
             raise DeviceNotFoundError(
                 self._name,
@@ -208,13 +215,22 @@ class MarlinController:
             "emergency_parser": emergency,
         }
 
+    def _keep_current(self) -> None:
+        """Have the motors keep their current at rest, or take note that they may lose it."""
+        self._idle_s = None
+        try:
+            self._link.command("M84 S0")
+        except StageAlarmError as error:
+            if error.code != "unknown command":
+                raise
+            self._idle_s = IDLE_OFF_S
+
     def _read_settings(self) -> MarlinAxis:
         """Read the settings until two readings agree: one damaged digit may cost a crash."""
         before: MarlinAxis | None = None
         trouble: ConfigError | None = None
         for _ in range(SETTINGS_ATTEMPTS):
-            replies = [*self._link.command("M503"), *self._link.command("M211")]
-            texts = [reply.text for reply in replies if isinstance(reply, Remark)]
+            texts = [*self._link.ask("M503", "M92"), *self._link.ask("M211", "Max:")]
             try:
                 now = read_axis(texts, self._config.axis, device=self._name)
             except ConfigError as error:
@@ -241,8 +257,9 @@ class MarlinController:
                     f"{self._name}: motors of this controller are no axes (CoreXY)",
                     advice=f"use a controller whose {self._config.axis} motor drives the carriage",
                 )
-            now = position.steps[self._index] / self._opened_axis().steps_per_mm
-            agrees = abs(now - position.logical_mm[self._index]) <= ROUNDING_MM
+            index = self._index_in(position.axes)
+            now = position.steps[index] / self._opened_axis().steps_per_mm
+            agrees = abs(now - position.logical_mm[index]) <= ROUNDING_MM
             if agrees and now == before:
                 return now
             before = now if agrees else None
@@ -254,6 +271,15 @@ class MarlinController:
             advice="switch off offsets (M206, G92) and levelling (M420 S0), check the cable",
             code="M114",
         )
+
+    def _index_in(self, axes: str) -> int:
+        if self._config.axis not in axes:
+            raise ConfigError(
+                f"{self._name}: axis is {self._config.axis}, the controller has "
+                f"{', '.join(axes)} (M114)",
+                advice="correct the axis",
+            )
+        return axes.index(self._config.axis)
 
     def _opened_axis(self) -> MarlinAxis:
         if self._axis is None:

@@ -49,11 +49,13 @@ class Trouble:
 
 @dataclass(frozen=True, slots=True)
 class Position:
-    """The answer to M114, for the axes X, Y, Z."""
+    """The answer to M114."""
 
-    logical_mm: tuple[float, float, float]
-    steps: tuple[int, int, int] | None
+    logical_mm: tuple[float, ...]
+    steps: tuple[int, ...] | None
     """Counts of the motors; None where motors are no axes (CoreXY)."""
+    axes: str = AXES
+    """Letters of the axes, one to nine, in the order of the numbers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +69,20 @@ Reply = Ok | Resend | Busy | Start | Trouble | Position | Remark | Noise
 
 _OK = re.compile(r"ok(?: N(\d{1,9}))?(?: (.*))?", re.ASCII)
 _RESEND = re.compile(r"(?:Resend:|rs) ?N?(\d{1,9})", re.ASCII)
-_NUMBER = r"(-?\d{1,6}\.\d{2,4})"
-_STEPS = r"(-?\d{1,9})"
+_LETTER = "[XYZABCUVWIJK]"
+_NUMBER = r"-?\d{1,6}\.\d{2,4}"
+_STEPS = r"-?\d{1,9}"
 _POSITION = re.compile(
-    rf"X:{_NUMBER} Y:{_NUMBER} Z:{_NUMBER}(?: E:-?[\d.]+)?"
-    rf"(?: Count (?:X: ?{_STEPS} Y: ?{_STEPS} Z: ?{_STEPS}|A:.*))?\s*",
+    rf"(X:{_NUMBER}(?: {_LETTER}:{_NUMBER}){{0,8}})(?: E:-?[\d.]+)?"
+    rf"(?: Count ({_LETTER}: ?{_STEPS}(?: {_LETTER}: ?{_STEPS}){{0,8}}))?\s*",
     re.ASCII,
 )
-_NOT_DONE = re.compile(r"(?:echo:)?(Unknown command: .*|Home .* [Ff]irst|STOP called .*)")
+_COORDINATE = re.compile(rf"({_LETTER}): ?(-?[\d.]+)", re.ASCII)
+# Klipper complains behind `//`, as Marlin speaks to a host, but in other words.
+_NOT_DONE = re.compile(
+    r"(?:echo:)?(Unknown command: .*|Home .* [Ff]irst|STOP called .*"
+    r"|// (?:Unknown command:|Klipper state|Printer is ).*)"
+)
 _RESENDS = re.compile(
     r"\s*(checksum mismatch|missing checksum|no checksum with line number"
     r"|no line number with checksum|line number is not|expected line)",
@@ -119,15 +127,39 @@ def _position(text: str) -> Position | None:
     found = _POSITION.fullmatch(text)
     if found is None:
         return None
-    x, y, z = (float(found[i]) for i in (1, 2, 3))
-    counts = [found[i] for i in (4, 5, 6)]
-    a, b, c = (int(count or 0) for count in counts)
-    return Position((x, y, z), None if counts[0] is None else (a, b, c))
+    pairs = _COORDINATE.findall(found[1])
+    axes = "".join(letter for letter, _ in pairs)
+    logical_mm = tuple(float(number) for _, number in pairs)
+    if len(set(axes)) != len(axes):
+        return None
+    if found[2] is None:
+        return Position(logical_mm, None, axes)
+    counts = _COORDINATE.findall(found[2])
+    motors = "".join(letter for letter, _ in counts)
+    if motors == axes:
+        return Position(logical_mm, tuple(int(count) for _, count in counts), axes)
+    # Motors A and B on axes X and Y are a CoreXY; letters that are only too few are a damaged line.
+    return None if set(motors) <= set(axes) else Position(logical_mm, None, axes)
 
 
+KILLED = "killed"
+FAILING = "failing"
+KLIPPER = "Klipper"
+_OFF_AND_ON = "clear its cause, switch the controller off and on, then home"
+_SENSOR = (
+    "a heater's sensor reads wrong, so the controller halts: nothing is heated here, so connect "
+    "the sensor (or 100 kOhm), or build Marlin without it (TEMP_SENSOR 0); then switch it off and "
+    "on, and home"
+)
 _TROUBLES = (
-    ("kill() called", "killed", "clear its cause, switch the controller off and on, then home"),
-    ("Printer halted", "killed", "clear its cause, switch the controller off and on, then home"),
+    ("kill() called", KILLED, _OFF_AND_ON),
+    ("Printer halted", KILLED, _OFF_AND_ON),
+    ("MINTEMP", FAILING, _SENSOR),
+    ("MAXTEMP", FAILING, _SENSOR),
+    ("Thermal Runaway", FAILING, "switch every heater off (M104 S0, M140 S0); " + _OFF_AND_ON),
+    ("Heating failed", FAILING, "switch every heater off (M104 S0, M140 S0); " + _OFF_AND_ON),
+    ("system stopped", FAILING, _OFF_AND_ON),
+    ("// ", KLIPPER, "this is Klipper's console"),
     ("stopped due to errors", "stopped by error", "clear its cause, then home again"),
     ("STOP called", "stopped by error", "clear its cause, then home again"),
     ("Unknown command", "unknown command", "this driver needs Marlin 2 with M114, M118, M503"),

@@ -5,6 +5,9 @@ from enum import Enum
 from rig.devices import Clock
 from rig.errors import DeviceLostError, DeviceNotFoundError, StageAlarmError, StageTimeoutError
 from rig_drivers.marlin.dialect import (
+    FAILING,
+    KILLED,
+    KLIPPER,
     Busy,
     Ok,
     Position,
@@ -17,7 +20,7 @@ from rig_drivers.marlin.dialect import (
     numbered_line,
     parse_reply,
 )
-from rig_drivers.stage.dialogue import Dialogue
+from rig_drivers.stage.dialogue import QUIET_S, Dialogue
 from rig_drivers.stage.serial_line import SerialLine
 
 START_TIMEOUT_S = 4.0
@@ -26,6 +29,8 @@ ANSWER_TIMEOUT_S = 5.0
 SILENCE_S = 3.0
 """A working controller says at least `busy` every second, as this driver tells it to (M113)."""
 ATTEMPTS = 4
+KILL_S = 1.0
+"""A controller that fails says so, and halts at once."""
 
 
 class _Silence(Enum):
@@ -33,6 +38,16 @@ class _Silence(Enum):
 
     SILENT = "the controller fell silent"
     LATE = "the command took too long"
+
+
+def klipper(device: str, found: str) -> DeviceNotFoundError:
+    """Return the error of a board that runs Klipper."""
+    return DeviceNotFoundError(
+        device,
+        f"asked for Marlin, found Klipper ({found})",
+        advice="Klipper's console does not tell when a move has ended: put Marlin 2 or grblHAL on "
+        'the board, or drive Klipper by a program of your own (stage.kind = "command")',
+    )
 
 
 class MarlinLink:
@@ -56,6 +71,10 @@ class MarlinLink:
         """Whether coordinates mean anything; set after homing, cleared when lost."""
         self.is_killed = False
         """Whether the controller has halted for good; its motors have no current then."""
+        self.is_failing = False
+        """Whether it has told a fault after which it halts."""
+        self.fault = ""
+        """The first thing that it said of a fault or halt."""
         self.is_stopped = False
         """Whether an error has stopped the controller; it moves nothing until told to (M999)."""
 
@@ -64,16 +83,25 @@ class MarlinLink:
 
         Raises:
             DeviceNotFoundError: nothing like Marlin answered.
+            StageAlarmError: it has halted already.
         """
         self._dialogue.restart()
-        self.is_homed = self.is_killed = self.is_stopped = self._is_in_step = False
+        self.is_homed = self.is_killed = self.is_failing = self.is_stopped = False
+        self._is_in_step = False
+        self.fault = ""
         deadline_s = self._clock.now_s() + START_TIMEOUT_S
         while (reply := self._dialogue.next(deadline_s)) is not None:
             if isinstance(reply, Start):
                 break
         self._dialogue.drain()
+        if self.fault:
+            raise alarm(self._device, self.fault)
         try:
             self._restart_numbers()
+        except StageAlarmError as error:
+            raise (
+                klipper(self._device, error.symptom) if error.code == KLIPPER else error
+            ) from error
         except StageTimeoutError as error:
             raise DeviceNotFoundError(
                 self._device,
@@ -156,6 +184,22 @@ class MarlinLink:
                 return
         raise self._timeout("M118", ATTEMPTS * SILENCE_S)
 
+    def ask(self, text: str, wanted: str) -> list[str]:
+        """Send a question and return the lines of its answer.
+
+        Args:
+            text: the question.
+            wanted: what stands in one of the lines. Where it has not come before the `ok`, it is
+                waited for: some old firmwares answer afterwards.
+
+        Raises:
+            StageAlarmError, StageTimeoutError: see `command`.
+        """
+        lines = [reply.text for reply in self.command(text) if isinstance(reply, Remark)]
+        if not any(wanted in line for line in lines):
+            lines += [reply.text for reply in self._afterwards() if isinstance(reply, Remark)]
+        return lines
+
     def position(self) -> Position:
         """Ask for the position (M114; R where the firmware knows it).
 
@@ -163,9 +207,13 @@ class MarlinLink:
             StageAlarmError, StageTimeoutError: see `command`.
         """
         for _ in range(ATTEMPTS):
-            for reply in self.command("M114 R"):
-                if isinstance(reply, Position):
-                    return reply
+            printed = self.command("M114 R")
+            found = next((reply for reply in printed if isinstance(reply, Position)), None)
+            if found is None:
+                late = (reply for reply in self._afterwards() if isinstance(reply, Position))
+                found = next(late, None)
+            if found is not None:
+                return found
         raise self._timeout("M114", ATTEMPTS * ANSWER_TIMEOUT_S)
 
     # -- stopping -----------------------------------------------------------------------------
@@ -205,6 +253,21 @@ class MarlinLink:
         )
 
     # -- reading ------------------------------------------------------------------------------
+
+    def halts(self) -> bool:
+        """Whether the controller has halted, or does so now because of a fault that it told."""
+        deadline_s = self._clock.now_s() + KILL_S
+        while self.is_failing and not self.is_killed:
+            if self._dialogue.next(deadline_s) is None:
+                break
+        return self.is_killed
+
+    def _afterwards(self) -> list[Reply]:
+        """Return what comes after an `ok`, until the line is quiet."""
+        replies: list[Reply] = []
+        while (reply := self._dialogue.heed(self._clock.now_s() + QUIET_S)) is not None:
+            replies.append(reply)
+        return replies
 
     def _restart_numbers(self) -> None:
         for _ in range(ATTEMPTS):
@@ -265,7 +328,10 @@ class MarlinLink:
             self.is_homed = self._is_in_step = False
         if isinstance(reply, Trouble):
             code = alarm(self._device, reply.text).code
-            self.is_killed = self.is_killed or code == "killed"
+            self.is_killed = self.is_killed or code == KILLED
+            self.is_failing = self.is_failing or code == FAILING
+            if code in {KILLED, FAILING}:
+                self.fault = self.fault or reply.text
             self.is_stopped = self.is_stopped or code == "stopped by error"
             self.is_homed = self.is_homed and code == "unknown command"
 

@@ -22,6 +22,12 @@ class _Port(Protocol):
     """What is used of a pyserial port, whatever its class."""
 
     @property
+    def baudrate(self) -> int: ...
+
+    @baudrate.setter
+    def baudrate(self, baudrate: int) -> None: ...
+
+    @property
     def in_waiting(self) -> int: ...
 
     def read(self, size: int, /) -> bytes: ...
@@ -37,7 +43,16 @@ class SerialLine:
     Bytes may be written from any thread; only one may read.
     """
 
-    def __init__(self, port: str, baud: int, *, clock: Clock, device: str) -> None:
+    def __init__(
+        self,
+        port: str,
+        baud: int,
+        *,
+        clock: Clock,
+        device: str,
+        dtr: bool | None = None,
+        rts: bool | None = None,
+    ) -> None:
         """Describe the line without opening it.
 
         Args:
@@ -45,11 +60,14 @@ class SerialLine:
             baud: bits per second; 8 data bits, no parity, 1 stop bit.
             clock: on which deadlines are measured.
             device: name used in errors.
+            dtr: level of the line DTR while the port is open; None: as the system has it.
+            rts: the same of RTS.
         """
         self._port = port
         self._baud = baud
         self._clock = clock
         self._device = device
+        self._levels = (dtr, rts)
         self._serial: _Port | None = None
         self._buffer = bytearray()
         self._is_overlong = False
@@ -80,13 +98,22 @@ class SerialLine:
         """
         port = resolve_port(self._port, device=self._device)
         try:
-            self._serial = serial.serial_for_url(
+            opened = serial.serial_for_url(
                 port,
+                do_not_open=True,
                 baudrate=self._baud,
                 timeout=SLICE_S,
                 write_timeout=WRITE_TIMEOUT_S,
                 exclusive=True,
             )
+            # Before it opens: a level that is set later is a pulse, which resets many boards.
+            dtr, rts = self._levels
+            if dtr is not None:
+                opened.dtr = dtr
+            if rts is not None:
+                opened.rts = rts
+            opened.open()
+            self._serial = opened
         except (OSError, ValueError) as error:
             raise self._not_opened(error) from error
         self._buffer.clear()
@@ -113,6 +140,27 @@ class SerialLine:
             port.write(data)
         except OSError as error:
             raise self._lost(error) from error
+
+    def probe(self, data: bytes, *, baud: int, timeout_s: float) -> bytes:
+        """Send bytes at another speed, and return all that comes back within `timeout_s`.
+
+        Raises:
+            DeviceLostError: the port is closed, gone, or takes no more data.
+        """
+        port = self._opened()
+        deadline_s = self._clock.now_s() + timeout_s
+        try:
+            port.baudrate = baud
+            self._buffer.clear()
+            port.write(data)
+            while self._clock.now_s() < deadline_s:
+                self._fill(waits=True)
+            port.baudrate = self._baud
+        except (OSError, ValueError) as error:
+            raise self._lost(error) from error
+        answer = bytes(self._buffer)
+        self._buffer.clear()
+        return answer
 
     def read_line(self, timeout_s: float) -> str | None:
         """Return the next line without its end, None if none is complete in time.

@@ -26,6 +26,13 @@ SOONEST = 0.9
 """Part of the way's time at full speed before which no move can have ended."""
 
 
+def serial_line(config: SerialStageConfig, clock: Clock, name: str) -> SerialLine:
+    """Return the line of a profile's stage, not yet opened."""
+    return SerialLine(
+        config.port, config.baud, clock=clock, device=name, dtr=config.dtr, rts=config.rts
+    )
+
+
 class SerialStage:
     """Keeps `rig.devices.Stage`.
 

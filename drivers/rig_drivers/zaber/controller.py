@@ -6,7 +6,7 @@ from rig.devices import Clock
 from rig.errors import ConfigError, DeviceError, DeviceLostError, StageAlarmError, StageTimeoutError
 from rig.profile import ZaberStageConfig
 from rig_drivers.stage.serial_line import SerialLine
-from rig_drivers.stage.serial_stage import SerialStage
+from rig_drivers.stage.serial_stage import SerialStage, serial_line
 from rig_drivers.stage.travel import check_speed, check_travel
 from rig_drivers.zaber.link import WHOLE_DEVICE, ZaberLink
 from rig_drivers.zaber.words import HARMLESS, INTERFERENCE, UNHOMED, alarm
@@ -22,13 +22,15 @@ REREAD_S = 0.01
 """Pause between two readings of a position at rest."""
 BRAKING_SLACK = 1.1
 """Homing may be somewhat faster than moves."""
+UNKNOWN_BRAKING_S = 2.0
+"""Where the device does not tell how it brakes: longer than any of these stages takes."""
 STOP_MARGIN_S = 1.0
 """Added to the time that braking takes."""
 
 
 def zaber_stage(config: ZaberStageConfig, clock: Clock, *, name: str = "stage") -> SerialStage:
     """Return the stage of a profile, not yet opened."""
-    line = SerialLine(config.port, config.baud, clock=clock, device=name)
+    line = serial_line(config, clock, name)
     return SerialStage(config, line, ZaberController(config, line, clock, name), clock, name)
 
 
@@ -57,8 +59,8 @@ class ZaberController:
         version = self._link.ask("get version", axis=WHOLE_DEVICE).data
         about = {
             "version": version,
-            "device_id": self._link.ask("get deviceid", axis=WHOLE_DEVICE).data,
-            "serial": self._link.ask("get system.serial", axis=WHOLE_DEVICE).data,
+            "device_id": self._tell("deviceid"),
+            "serial": self._tell("system.serial"),
             "address": str(self._config.device_address),
             "axis": str(self._config.axis_number),
         }
@@ -118,7 +120,8 @@ class ZaberController:
         self._is_homed = False
         flags, _ = self._state()
         if any(flag in {"FO", "FD", "FH", "FV"} for flag in flags):
-            self._link.ask("driver enable")
+            # Where the firmware does not know this, homing itself switches the motor on.
+            self._link.knows("driver enable")
         self._link.ask("warnings clear")
         self._link.ask("home", attempts=1)
         deadline_s = self._clock.now_s() + timeout_s
@@ -126,7 +129,10 @@ class ZaberController:
             flags, is_busy = self._state()
             self._check(flags if not is_busy else flags - UNHOMED, "asked to home")
             if not is_busy:
-                return self._link.number("limit.home.preset") * self._config.microstep_mm
+                home = self._link.number_if_known("limit.home.preset")
+                # A firmware without this setting does not tell where homing should end.
+                home = self._link.number("pos") if home is None else home
+                return home * self._config.microstep_mm
             if self._clock.now_s() >= deadline_s:
                 raise StageTimeoutError(
                     self._name,
@@ -163,7 +169,12 @@ class ZaberController:
 
     def motor_off(self) -> None:
         """See `Controller.motor_off`."""
-        self._link.ask("driver disable")
+        if self._link.knows("driver disable") is None:
+            raise ConfigError(
+                f"{self._name}: motor_off_at_end is true, the device's firmware knows no "
+                "`driver disable`",
+                advice="update the firmware, or set it to false",
+            )
         self._is_homed = False
 
     # -- state --------------------------------------------------------------------------------
@@ -214,9 +225,14 @@ class ZaberController:
 
     # -- settings -----------------------------------------------------------------------------
 
+    def _tell(self, setting: str) -> str:
+        """Return what the device says of itself; nothing where its firmware does not know."""
+        answer = self._link.knows(f"get {setting}", axis=WHOLE_DEVICE)
+        return "" if answer is None else answer.data
+
     def _check_axis_number(self) -> None:
-        count = self._link.number("system.axiscount", axis=WHOLE_DEVICE)
-        if self._config.axis_number > count:
+        count = self._link.number_if_known("system.axiscount", axis=WHOLE_DEVICE)
+        if count is not None and self._config.axis_number > count:
             raise ConfigError(
                 f"{self._name}: axis_number is {self._config.axis_number}, device "
                 f"{self._config.device_address} has {count:.0f} axes",
@@ -226,10 +242,10 @@ class ZaberController:
     def _check_settings(self, version: str) -> None:
         """See that limits and speed allow what the profile asks for."""
         step_mm = self._config.microstep_mm
-        low_mm, high_mm = (self._link.number(f"limit.{end}") * step_mm for end in ("min", "max"))
-        check_travel(
-            self._config, (low_mm, high_mm), setting="limit.min, limit.max", device=self._name
-        )
+        low, high = (self._link.number_if_known(f"limit.{end}") for end in ("min", "max"))
+        if low is not None and high is not None:  # else the device alone refuses what is too far
+            ends_mm = (low * step_mm, high * step_mm)
+            check_travel(self._config, ends_mm, setting="limit.min, limit.max", device=self._name)
         fastest_mm_s = self._link.number("maxspeed") * step_mm / SPEED_UNITS
         check_speed(self._config, fastest_mm_s, setting="maxspeed", device=self._name)
         speed = round(self._config.speed_mm_s / step_mm * SPEED_UNITS)
@@ -244,10 +260,16 @@ class ZaberController:
                 advice=f"send `/{self._config.device_address} {self._config.axis_number} "
                 f"set maxspeed {speed}`",
             )
-        braking = self._link.number("motion.decelonly")
-        # 0 stands for the hardest braking there is.
-        rate_mm_s2 = braking * step_mm / ACCELERATION_UNITS
-        self._braking_s = BRAKING_SLACK * fastest_mm_s / rate_mm_s2 if braking else 0.0
+        self._braking_s = self._time_to_brake_s(fastest_mm_s)
+
+    def _time_to_brake_s(self, fastest_mm_s: float) -> float:
+        for setting in ("motion.decelonly", "accel"):  # older firmware has only the second
+            braking = self._link.number_if_known(setting)
+            if braking is not None:
+                # 0 stands for the hardest braking there is.
+                rate_mm_s2 = braking * self._config.microstep_mm / ACCELERATION_UNITS
+                return BRAKING_SLACK * fastest_mm_s / rate_mm_s2 if braking else 0.0
+        return UNKNOWN_BRAKING_S
 
 
 def _number_of(version: str) -> tuple[int, ...]:

@@ -7,6 +7,7 @@ from rig.errors import ConfigError, DeviceNotFoundError, StageAlarmError, StageT
 from rig.profile import ZaberStageConfig
 from rig_drivers.stage.dialogue import Dialogue, Noise
 from rig_drivers.stage.serial_line import SerialLine
+from rig_drivers.zaber.binary import BINARY_BAUD, binary_devices
 from rig_drivers.zaber.message import Alert, Answer, Message, command_line, parse_message
 from rig_drivers.zaber.words import refusal
 
@@ -28,6 +29,7 @@ class ZaberLink:
 
     def __init__(self, config: ZaberStageConfig, line: SerialLine, clock: Clock, name: str) -> None:
         self._config = config
+        self._line = line
         self._clock = clock
         self._device = name
         self._number = 0
@@ -87,13 +89,37 @@ class ZaberLink:
             timeout_s=timeout_s,
         )
 
+    def knows(self, text: str, *, axis: int | None = None) -> Answer | None:
+        """Send a command that not every firmware knows; None where this one does not.
+
+        Raises:
+            StageAlarmError, StageTimeoutError: see `ask`.
+        """
+        try:
+            return self.ask(text, axis=axis)
+        except StageAlarmError as error:
+            if error.code == "BADCOMMAND":
+                return None
+            raise
+
+    def number_if_known(self, setting: str, *, axis: int | None = None) -> float | None:
+        """Return a setting that is one number; None where the firmware has no such setting.
+
+        Raises:
+            StageAlarmError: the device says no number.
+        """
+        answer = self.knows(f"get {setting}", axis=axis)
+        return None if answer is None else self._number_in(answer.data, setting)
+
     def number(self, setting: str, *, axis: int | None = None) -> float:
         """Return a setting that is one number.
 
         Raises:
             StageAlarmError: the device does not know it, or says no number.
         """
-        data = self.ask(f"get {setting}", axis=axis).data
+        return self._number_in(self.ask(f"get {setting}", axis=axis).data, setting)
+
+    def _number_in(self, data: str, setting: str) -> float:
         try:
             return float(data)
         except ValueError as error:
@@ -135,6 +161,14 @@ class ZaberLink:
                 f"{self._device}: device {address} answers without checksums",
                 advice=f"send "
                 f"`/{address} set comm.checksum 1`, or set replies_with_checksum = false",
+            )
+        if not there and (binary := binary_devices(self._line)):
+            return DeviceNotFoundError(
+                self._device,
+                f"asked for Zaber device {address} in the ASCII protocol, found device "
+                f"{', '.join(map(str, binary))} in the binary one at {BINARY_BAUD} baud",
+                advice="switch it to ASCII at 115200 baud with Zaber Launcher (binary command "
+                "124); devices with firmware below 6 speak the binary protocol only",
             )
         others = f"devices {', '.join(map(str, there))} answered" if there else "nothing answered"
         return DeviceNotFoundError(

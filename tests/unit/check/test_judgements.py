@@ -12,7 +12,13 @@ from rig.check.items import failed, graded, worst
 from rig.check.locks import judge_locks
 from rig.check.noise import judge_noise
 from rig.check.photon_transfer import PhotonTransfer
-from rig.check.stage import Arrival, judge_repeatability, judge_travel, repeatability
+from rig.check.stage import (
+    Arrival,
+    judge_reading,
+    judge_repeatability,
+    judge_travel,
+    repeatability,
+)
 from rig.check.stills import Exposure, ViewStills
 from rig.check.storage import judge_room
 from rig.check.timing import judge_drops, judge_rate, judge_skew, stream_of
@@ -159,6 +165,17 @@ def test_scatter_that_the_cameras_noise_explains_passes():
     noise = [2.0, 2.01, 1.99, 2.005, 1.995]
     item = judge_repeatability(repeatability(800.0, arrivals(noise, noise, 0.01), -0.04), PROFILE)
     assert item.status == "pass"
+
+
+@pytest.mark.parametrize(
+    ("sigma_mm", "status"),
+    [(0.133, "pass"), (0.134, "warn"), (0.4, "warn"), (0.401, "fail")],
+)
+def test_what_a_person_reads_is_judged_by_its_sigma(sigma_mm: float, status: str):
+    item = judge_reading(sigma_mm, 800.0, PROFILE)  # 0.05 % of 800 mm: 0.4 mm
+    assert (item.name, item.status) == ("repeatability", status)
+    assert f"within {sigma_mm:.3f} mm (1 sigma, the profile says); allowed 0.400 mm" in item.found
+    assert ("reading_sigma_mm" in item.advice) is (status != "pass")
 
 
 def test_without_slopes_only_the_read_back_is_known():

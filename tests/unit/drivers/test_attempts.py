@@ -116,9 +116,11 @@ def test_a_zaber_is_asked_four_times_and_eight_times_while_it_may_be_starting():
         began_s = bench.clock.now_s()
         with pytest.raises(DeviceNotFoundError, match="Zaber device 1, nothing answered"):
             bench.stage.__enter__()
-        lines = [line.rpartition(b":")[0] for line in wire.sent.splitlines()]
+        ascii_part, is_last, nothing = wire.sent.partition(b"\x00\x32\x00\x00\x00\x00")
+        assert (bool(is_last), nothing) == (True, b""), "once in the binary protocol, at last"
+        lines = [line.rpartition(b":")[0] for line in ascii_part.splitlines()]
         assert lines == [*(b"/1 0 %d" % number for number in range(1, 9)), b"/0 0 --"]
-        assert bench.clock.now_s() - began_s == pytest.approx(9 * 0.5 + 0.1, abs=0.2)
+        assert bench.clock.now_s() - began_s == pytest.approx(10 * 0.5 + 0.1, abs=0.3)
 
 
 def test_commands_of_a_zaber_are_numbered_from_1_to_99_and_0():

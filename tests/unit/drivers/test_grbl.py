@@ -200,8 +200,13 @@ def test_a_missing_switch_is_told() -> None:
 
 def test_homing_that_takes_too_long_is_stopped() -> None:
     config = STAGE.model_copy(update={"homing_timeout_s": 0.4})
-    with simulated_bench(config) as bench, bench.stage as stage:
-        with pytest.raises(StageTimeoutError, match=r"\$H got no answer within 0\.4 s"):
+    with simulated_bench(config, before=Scripted) as bench:
+        # It promises a search at 16.7 m/s, so that only the switch tells how long it takes.
+        scripted(bench).on_transmit = lambda data: data.replace(b"$25=6000", b"$25=999999")
+        with (
+            bench.stage as stage,
+            pytest.raises(StageTimeoutError, match=r"\$H got no answer within 0\.4 s"),
+        ):
             stage.home()
         assert not bench.is_moving()
 

@@ -105,7 +105,12 @@ def test_a_hundred_thousand_bad_lines_give_values(seed: int) -> None:
         ("Printer stopped due to errors. Fix the error and use M999", "stopped by error"),
         ("Home X First", "not homed"),
         ('Unknown command: "G99"', "unknown command"),
-        ("Thermal Runaway, system stopped! Heater_ID: bed", "error"),
+        ("Thermal Runaway, system stopped! Heater_ID: bed", "failing"),
+        ("Heater ID: E0 MINTEMP triggered", "failing"),
+        ("MAXTEMP triggered, system stopped! Heater_ID: 0", "failing"),
+        ("Heating failed, system stopped! Heater_ID: 0", "failing"),
+        ('// Unknown command:"M115"', "Klipper"),
+        ("something else", "error"),
     ],
 )
 def test_troubles_say_what_to_do(said: str, code: str) -> None:

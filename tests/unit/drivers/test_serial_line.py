@@ -7,9 +7,15 @@ from dataclasses import dataclass
 
 import pytest
 from rig_drivers.stage.serial_line import LONGEST_LINE, SerialLine
+from rig_sim.bench import make_firmware
+from rig_sim.carriage import Carriage
+from rig_sim.clock import VirtualClock
+from rig_sim.wire import plug, protocol_sim
+from rig_sim.wire.protocol_sim import Serial
 
 from rig.devices import SystemClock
 from rig.errors import DeviceLostError, DeviceNotFoundError
+from tests.support.stages import CARRIAGE, FIRMWARE, URL
 
 
 @dataclass
@@ -116,3 +122,21 @@ def test_a_closed_line_is_refused(pty: Pty) -> None:
     line.close()
     with pytest.raises(DeviceLostError, match="is not open"):
         line.write(b"?")
+
+
+@pytest.mark.parametrize("level", [True, False])
+def test_the_levels_of_dtr_and_rts_are_set_before_the_port_opens(level: bool) -> None:
+    levels: list[tuple[bool, bool, bool]] = []
+
+    class Wired(Serial):
+        def open(self) -> None:
+            levels.append((self.dtr, self.rts, self.is_open))
+            super().open()
+
+    clock = VirtualClock()
+    wire = make_firmware("grbl", FIRMWARE, Carriage(CARRIAGE, clock), clock)
+    line = SerialLine(URL, 115200, clock=clock, device="stage", dtr=level, rts=not level)
+    with plug(URL, wire), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(protocol_sim, "Serial", Wired)
+        with line:
+            assert levels == [(level, not level, False)]

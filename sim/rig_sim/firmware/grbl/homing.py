@@ -11,6 +11,8 @@ SEARCH = 1.5
 """The first approach gives up after so many times the travel,"""
 LOCATE = 5.0
 """the second after so many times the pull-off."""
+SEARCH_IN_VAIN_S = 2.0
+"""How long an axis without a switch is searched."""
 
 
 def home(machine: Machine) -> Program:
@@ -34,6 +36,14 @@ def home(machine: Machine) -> Program:
     yield from realtime(machine)
     if not machine.is_aborted:
         machine.state = State.IDLE
+
+
+def find_no_switch(machine: Machine) -> Program:
+    """Home an axis to which nothing is connected; the carriage does not move."""
+    machine.state = State.HOMING
+    yield from machine.sleep(SEARCH_IN_VAIN_S)
+    _fail(machine, HOMING_NO_SWITCH)
+    yield from realtime(machine)
 
 
 def _approach_and_leave(machine: Machine, way_mm: float, speed_mm_s: float) -> Program:

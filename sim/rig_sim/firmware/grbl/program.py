@@ -2,9 +2,10 @@
 
 from collections.abc import Generator, Sequence
 
+from rig_sim.firmware.axes import AXES
 from rig_sim.firmware.chip import Program
 from rig_sim.firmware.grbl.gcode import Block, GcodeError, parse_block
-from rig_sim.firmware.grbl.homing import home
+from rig_sim.firmware.grbl.homing import find_no_switch, home
 from rig_sim.firmware.grbl.machine import SOFT_LIMIT, Machine
 from rig_sim.firmware.grbl.realtime import auto_start, realtime
 from rig_sim.firmware.grbl.report import (
@@ -23,6 +24,7 @@ LOCKED = 9
 LINE_TOO_LONG = 11
 TRAVEL_EXCEEDED = 15
 
+CONNECTING_EVERY_S = 2.0
 LINE_CHARACTERS = 79
 LINE_MEMORY = 1000
 """Blanks and comments do not count, but nobody sends so many."""
@@ -35,10 +37,19 @@ def run(machine: Machine, boot_s: float) -> Program:
     """Boot, then serve lines for ever, from reset to reset."""
     yield from machine.sleep(boot_s)
     machine.is_booting = False
+    yield from _connect(machine)
     while True:
         machine.clear()
         machine.printed += BANNERS[machine.settings.dialect].encode()
         yield from _serve(machine)
+
+
+def _connect(machine: Machine) -> Program:
+    """Look for the network, as FluidNC with WiFi does, and say so."""
+    until_s = machine.now_s + machine.settings.connecting_s
+    while machine.now_s < until_s:
+        machine.print("[MSG:INFO: Connecting.]")
+        yield from machine.sleep(CONNECTING_EVERY_S)
 
 
 def _serve(machine: Machine) -> Program:
@@ -87,8 +98,8 @@ def _execute(machine: Machine, line: str) -> Answer:
         return OK
     if text.startswith("$J"):
         return (yield from _jog(machine, text))
-    if text == "$H":
-        return (yield from _home(machine))
+    if text == "$H" or (text == f"$H{AXES[machine.axis]}" and machine.settings.dialect != "grbl"):
+        return (yield from _home(machine, every_axis=text == "$H"))
     if text[0] == "$":
         return _system_command(machine, text)
     if machine.state in {State.ALARM, State.JOG}:
@@ -143,12 +154,15 @@ def _lines_about(machine: Machine, text: str) -> Sequence[str]:
             return ()
 
 
-def _home(machine: Machine) -> Answer:
+def _home(machine: Machine, *, every_axis: bool) -> Answer:
     if machine.state not in {State.IDLE, State.ALARM}:
         return NOT_IDLE
     if not machine.settings.homing:
         return SETTING_DISABLED
-    yield from home(machine)
+    if every_axis and machine.settings.homes_z_first:
+        yield from find_no_switch(machine)
+    else:
+        yield from home(machine)
     return OK
 
 

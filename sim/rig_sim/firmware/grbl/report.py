@@ -85,6 +85,8 @@ class StatusReports:
         if self._settings.dialect == "grblhal" and now.state is State.ALARM:
             fields[0] += ":11"
         fields.append(f"FS:{now.speed_mm_s * 60.0 / self._unit_mm:.0f},0")
+        if self._settings.dialect == "grblhal":
+            fields.append("SP1:0,,")
         if now.switch:
             fields.append("Pn:" + now.switch)
         fields += self._now_and_then(now)
@@ -103,6 +105,8 @@ class StatusReports:
         else:
             self._until_ov = OV_EVERY[now.state.is_busy] - 1
             fields.append("Ov:100,100,100")
+            if self._settings.dialect == "grblhal":
+                fields += ["AR", "$C:1"]
         return fields
 
     @property

@@ -32,6 +32,8 @@ class GrblSettings:
 
     values: dict[int, float]
     dialect: str = "grbl"
+    homes_z_first: bool = False
+    connecting_s: float = 0.0
 
     @classmethod
     def of(cls, config: FirmwareConfig) -> "GrblSettings":
@@ -40,6 +42,7 @@ class GrblSettings:
         return cls(
             _DEFAULTS
             | {
+                1: 255.0,
                 20: float(config.soft_limits and config.homing),
                 21: float(config.hard_limits),
                 22: float(config.homing),
@@ -53,6 +56,8 @@ class GrblSettings:
                 130 + axis: config.travel_mm,
             },
             config.grbl_dialect,
+            config.homes_z_first,
+            config.connecting_s,
         )
 
     def lines(self) -> list[str]:

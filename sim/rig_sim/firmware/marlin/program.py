@@ -11,6 +11,7 @@ from rig_sim.firmware.marlin.settings import about, banner, position_line
 from rig_sim.firmware.marlin.waiting import wait
 
 _WORD = re.compile(r"([A-Z])(-?\d*\.?\d+)?", re.ASCII)
+QUESTIONS = ("M114", "M115", "M211", "M503")
 _PER_AXIS = {"M92": "steps", "M201": "acceleration", "M203": "rate_mm_s"}
 
 
@@ -29,14 +30,26 @@ def run(machine: Machine, boot_s: float) -> Program:
             yield
             continue
         text, number = machine.queue[0]
+        printed = len(machine.printed)
         yield from _execute(machine, text)
         if not machine.is_killed:
             machine.queue.popleft()
             is_told = machine.config.marlin.advanced_ok and number is not None
             room = f"P{machine.steppers.free_blocks} B{QUEUE_LINES - len(machine.queue)}"
+            late = _take_answer(machine, text, printed)
             machine.print(f"ok N{number} {room}" if is_told else "ok")
+            machine.printed += late
     while True:
         yield
+
+
+def _take_answer(machine: Machine, text: str, printed: int) -> bytes:
+    """Take back the answer to a question, where the firmware gives it after its `ok`."""
+    if not machine.config.marlin.answers_late or text.split(" ", maxsplit=1)[0] not in QUESTIONS:
+        return b""
+    late = bytes(machine.printed[printed:])
+    del machine.printed[printed:]
+    return late
 
 
 def _execute(machine: Machine, text: str) -> Program:
@@ -58,7 +71,8 @@ def _execute(machine: Machine, text: str) -> Program:
         machine.print(rest)
     elif code in {"M18", "M84"}:
         yield from wait(machine, lambda: not machine.steppers.has_blocks)
-        machine.homed.clear()
+        if "S" not in words:  # with S it sets when that is to happen
+            machine.homed.clear()
     elif not _answer(machine, code) and not _set(machine, code, words):
         machine.print(f'echo:Unknown command: "{text}"')
 

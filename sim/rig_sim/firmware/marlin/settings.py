@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from rig.profile import FirmwareConfig
 from rig_sim.firmware.axes import AXES, Vector
 
+LETTERS = "XYZABCUVW"
+"""Axes in the order in which a build counts them; those after Z turn no motor."""
+
 
 @dataclass(slots=True)
 class MarlinSettings:
@@ -19,6 +22,7 @@ class MarlinSettings:
     has_soft_stops: bool
     keepalive_s: float
     emergency_parser: bool
+    axes: int = len(AXES)
     feed_share: float = 1.0
 
     @classmethod
@@ -33,6 +37,7 @@ class MarlinSettings:
             has_soft_stops=config.soft_limits,
             keepalive_s=config.marlin.busy_s,
             emergency_parser=config.marlin.emergency_parser,
+            axes=config.marlin.axes,
         )
 
     def max_rate_mm_s(self, axis: int) -> float:
@@ -103,9 +108,10 @@ def about(settings: MarlinSettings) -> list[str]:
 
 def position_line(at_mm: Vector, settings: MarlinSettings) -> str:
     """Return the answer to M114: the planned position."""
-    logical = " ".join(f"{axis}:{value:.2f}" for axis, value in zip(AXES, at_mm, strict=True))
+    places = dict.fromkeys(LETTERS[: settings.axes], 0.0)
+    places |= {axis: mm for axis, mm in zip(AXES, at_mm, strict=True) if axis in places}
+    logical = " ".join(f"{axis}:{mm:.2f}" for axis, mm in places.items())
     counts = " ".join(
-        f"{axis}:{round(value * settings.steps[axis])}"
-        for axis, value in zip(AXES, at_mm, strict=True)
+        f"{axis}:{round(mm * settings.steps.get(axis, 80.0))}" for axis, mm in places.items()
     )
-    return f"{logical} E:0.00 Count {counts}"
+    return f"{logical}{' E:0.00' if settings.axes >= len(AXES) else ''} Count {counts}"

@@ -8,6 +8,8 @@ from rig_sim.firmware.zaber.device import Device
 from rig_sim.firmware.zaber.messages import message, read_command
 
 LONGEST_LINE = 80
+BINARY_BYTES, BINARY_WHO, BINARY_ERROR, BINARY_BAD_COMMAND = 6, 50, 255, 64
+BINARY_PAUSE_S = 0.01
 DEVICE_ID = "50081"
 """An X-MCB1 controller."""
 
@@ -26,6 +28,8 @@ class ZaberFirmware:
         self._printed = bytearray()
         self._was_busy: set[tuple[int, int]] = set()
         zaber = config.zaber
+        self._is_binary = zaber.is_binary
+        self._heard_s = clock.now_s()
         values = {"deviceid": DEVICE_ID, "device.id": DEVICE_ID, "version": zaber.version}
         values |= {"version.build": "1", "system.access": "1", "system.voltage": "48.0"}
         spare = CarriageConfig(board_at_machine_zero_mm=1.0, power_up_mm=-30.0)
@@ -36,7 +40,7 @@ class ZaberFirmware:
             if address == zaber.address:
                 axes[zaber.axis - 1] = self.axis
             serial = {"system.serial": str(zaber.serial_number + address)}
-            device = Device(address, axes, values | serial)
+            device = Device(address, axes, values | serial, zaber.lacks)
             device.settings["comm.checksum"] = str(int(zaber.checksum))
             self._devices.append(device)
 
@@ -51,7 +55,9 @@ class ZaberFirmware:
         for byte in data:
             if self._clock.now_s() < self._ready_s:
                 continue
-            if byte in b"\r\n":
+            if self._is_binary:
+                self._take_binary(byte)
+            elif byte in b"\r\n":
                 self._take(self._line.decode("ascii", errors="replace"))
                 self._line.clear()
             elif len(self._line) < LONGEST_LINE:
@@ -108,6 +114,22 @@ class ZaberFirmware:
             self._say("@", device, address, command.axis, text)
             for axis in axes:
                 axis.lies = max(0, axis.lies - 1)
+
+    def _take_binary(self, byte: int) -> None:
+        """Take one byte of a binary command; a pause ends what was left incomplete."""
+        now_s = self._clock.now_s()
+        if now_s - self._heard_s > BINARY_PAUSE_S:
+            self._line.clear()
+        self._heard_s = now_s
+        self._line.append(byte)
+        if len(self._line) == BINARY_BYTES:
+            to, command = self._line[:2]
+            self._line.clear()
+            for device in self._devices:
+                if to in {0, device.address}:
+                    kind = int(DEVICE_ID) if command == BINARY_WHO else BINARY_BAD_COMMAND
+                    said = command if command == BINARY_WHO else BINARY_ERROR
+                    self._printed += bytes((device.address, said)) + kind.to_bytes(4, "little")
 
     def _say(self, kind: str, device: Device, address: int, axis: int, text: str) -> None:
         with_checksum = device.settings["comm.checksum"] == "1"

@@ -6,6 +6,7 @@ from rig_sim.firmware.zaber.axis import Axis
 from rig_sim.firmware.zaber.messages import Command
 
 NONE = "0"
+DRIVER = "driver"
 BAD_AXIS = "BADAXIS"
 BAD_COMMAND = "BADCOMMAND"
 BAD_DATA = "BADDATA"
@@ -19,8 +20,15 @@ class RejectedError(Exception):
 class Device:
     """Settings and axes behind one address."""
 
-    def __init__(self, address: int, axes: Sequence[Axis], values: dict[str, str]) -> None:
+    def __init__(
+        self,
+        address: int,
+        axes: Sequence[Axis],
+        values: dict[str, str],
+        lacks: Sequence[str] = (),
+    ) -> None:
         self.axes = tuple(axes)
+        self._lacks = frozenset(lacks)
         self._fixed = {**values, "system.axiscount": str(len(axes))}
         self.settings = {"comm.address": str(address), "comm.alert": "0", "comm.checksum": "1"}
 
@@ -57,6 +65,8 @@ class Device:
 
     def _act(self, words: Sequence[str], axes: tuple[Axis, ...]) -> str:
         match words:
+            case ("driver", *_) if DRIVER in self._lacks:
+                raise RejectedError(BAD_COMMAND)
             case ("driver", "enable" | "disable" as wish):
                 for axis in axes:
                     self._switch_driver(axis, on=wish == "enable")
@@ -74,6 +84,8 @@ class Device:
         return NONE
 
     def _get(self, name: str, axes: tuple[Axis, ...], *, whole: bool) -> str:
+        if name in self._lacks:
+            raise RejectedError(BAD_COMMAND)
         if name in self._fixed or name in self.settings:
             return (self._fixed | self.settings)[name]
         if name == "pos":
@@ -113,6 +125,9 @@ class Device:
             axis.flags |= {"FO", "WR"}
 
     def _powered(self, axes: tuple[Axis, ...]) -> tuple[Axis, ...]:
+        if DRIVER in self._lacks:  # such a firmware switches the motor on for every motion
+            for axis in axes:
+                axis.flags -= {"FO", "FD"}
         if any("FO" in axis.flags for axis in axes):
             raise RejectedError(DRIVER_DISABLED)
         return axes

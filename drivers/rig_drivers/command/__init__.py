@@ -1,0 +1,1 @@
+"""A stage behind a program of the user's own."""

@@ -1,0 +1,1 @@
+"""No stage: a person puts the board where it is asked for."""
