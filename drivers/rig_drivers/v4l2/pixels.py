@@ -1,9 +1,8 @@
 """From the bytes of a buffer to a grey image, for every pixel format that rig reads."""
 
 from collections.abc import Callable
-from typing import Final, cast
+from typing import Final
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,19 +30,12 @@ def _luma_of_yuyv(data: Bytes, width_px: int, height_px: int, stride: int) -> Gr
 
 def _jpeg(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
     del stride  # compressed
-    content = data.tobytes().rstrip(b"\0")  # some cameras fill the buffer up
-    if not (content.startswith(b"\xff\xd8") and content.endswith(b"\xff\xd9")):
-        raise PixelError(f"{data.size} bytes are no whole JPEG picture")
+    from rig_drivers.v4l2 import jpeg  # compiles machine code, which only these cameras need
+
     try:
-        image: NDArray[np.generic] | None = cv2.imdecode(
-            np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE
-        )
-    except cv2.error as error:
-        raise PixelError("the JPEG picture is damaged") from error
-    if image is None or image.shape != (height_px, width_px):
-        found = "nothing readable" if image is None else f"{image.shape[1]} x {image.shape[0]} px"
-        raise PixelError(f"the JPEG picture holds {found}, agreed were {width_px} x {height_px} px")
-    return cast("GreyImage", image)
+        return jpeg.grey_of_jpeg(data, width_px=width_px, height_px=height_px)
+    except jpeg.JpegDamage as error:
+        raise PixelError(str(error)) from error
 
 
 Decoder = Callable[[Bytes, int, int, int], GreyImage]
