@@ -15,6 +15,7 @@ from rig_drivers.v4l2.formats import AppliedMode, Mode, set_mode
 from rig_drivers.v4l2.kernel import Kernel
 from rig_drivers.v4l2.node import Node
 from rig_drivers.v4l2.pixels import DECODERS, PixelError, to_grey
+from rig_drivers.v4l2.rate import RateWatch
 from rig_drivers.v4l2.settings import exposure_of, settings_for
 from rig_drivers.v4l2.stream import BUFFERS, CaptureStream, RawFrame
 
@@ -48,6 +49,7 @@ class V4l2Camera:
         self._stream: CaptureStream | None = None
         self._mode: AppliedMode | None = None
         self._exposure_s: float | None = None
+        self._rate = RateWatch(self._node.name, config.rate_hz)
         self._identity: dict[str, str] = {
             "kind": "v4l2",
             "model": "",
@@ -69,6 +71,7 @@ class V4l2Camera:
             controls = Controls(self._node)
             controls.apply(settings_for(self._config, self._view, controls, self._node.name))
             self._exposure_s = exposure_of(controls)
+            self._rate = RateWatch(self._node.name, self._config.rate_hz)
             self._identity = self._identified(self._mode.mode, controls)
             stream = CaptureStream(self._node, self._clock, self._view)
             self._stream = opening.enter_context(stream)
@@ -137,6 +140,8 @@ class V4l2Camera:
         """Return the next frame; None for one that turns out to be damaged."""
         stream, mode = self._running()
         raw = stream.next(timeout_s)
+        if mode.mode.rate_hz is None:
+            self._rate.see(raw.sequence, raw.timestamp_s)
         try:
             image = to_grey(
                 raw.data,

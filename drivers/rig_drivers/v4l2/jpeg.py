@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.frames import GreyImage
-from rig_drivers.v4l2.jpeg_header import JpegDamage, read_header
+from rig_drivers.v4l2.jpeg_header import JpegDamageError, read_header
 from rig_drivers.v4l2.jpeg_scan import walk_scan
 from rig_drivers.v4l2.jpeg_seams import shifted_from
 
-__all__ = ["JpegDamage", "grey_of_jpeg"]
+__all__ = ["JpegDamageError", "grey_of_jpeg"]
 
 _END_MARK = b"\xff\xd9"
 
@@ -29,11 +29,11 @@ def grey_of_jpeg(data: NDArray[np.uint8], *, width_px: int, height_px: int) -> G
         height_px: height agreed upon.
 
     Raises:
-        JpegDamage: the picture is damaged, of another size, or none.
+        JpegDamageError: the picture is damaged, of another size, or none.
     """
     header = read_header(data.tobytes())
     if (header.width_px, header.height_px) != (width_px, height_px):
-        raise JpegDamage(
+        raise JpegDamageError(
             f"the JPEG picture holds {header.width_px} x {header.height_px} px, "
             f"agreed were {width_px} x {height_px} px"
         )
@@ -43,9 +43,9 @@ def grey_of_jpeg(data: NDArray[np.uint8], *, width_px: int, height_px: int) -> G
         np.frombuffer(whole, np.uint8), cv2.IMREAD_GRAYSCALE
     )
     if image is None or image.shape != (height_px, width_px):
-        raise JpegDamage("nothing that the decoder can read")
+        raise JpegDamageError("nothing that the decoder can read")
     grey = cast("GreyImage", image)
     unit = shifted_from(grey, unit_px=header.unit_px, units_per_restart=header.units_per_restart)
     if unit is not None:
-        raise JpegDamage(f"brightness jumps at unit {unit}, in the middle of the picture")
+        raise JpegDamageError(f"brightness jumps at unit {unit}, in the middle of the picture")
     return grey

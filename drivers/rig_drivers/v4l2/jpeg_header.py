@@ -22,7 +22,7 @@ _MOST_BLOCKS: Final = 10
 """Blocks of one unit of a scan at most (B.2.3)."""
 
 
-class JpegDamage(ValueError):
+class JpegDamageError(ValueError):
     """The bytes are no undamaged JPEG picture."""
 
 
@@ -84,7 +84,7 @@ class _Tables:
         """Take one segment in; those that say nothing about the pixels are passed over."""
         if marker in (_FRAME, _EXTENDED):
             if self.frame is not None:
-                raise JpegDamage("two frames in one picture")
+                raise JpegDamageError("two frames in one picture")
             self.frame = _frame(body)
         elif marker == _QUANTISATION:
             self.quantisation |= _quantisation(body)
@@ -92,12 +92,12 @@ class _Tables:
             self.huffman |= _huffman(body)
         elif marker == _RESTART:
             if len(body) != 2:
-                raise JpegDamage("restart interval of the wrong length")
+                raise JpegDamageError("restart interval of the wrong length")
             self.restart = int.from_bytes(body)
         elif marker in _OTHER_FRAMES:
-            raise JpegDamage(f"frame type {marker:#x} is none that cameras send")
+            raise JpegDamageError(f"frame type {marker:#x} is none that cameras send")
         elif marker < 0xE0 and marker != 0xDC:
-            raise JpegDamage(f"marker {marker:#x} before the scan")
+            raise JpegDamageError(f"marker {marker:#x} before the scan")
 
 
 def read_header(content: bytes) -> JpegHeader:
@@ -107,17 +107,17 @@ def read_header(content: bytes) -> JpegHeader:
         content: a picture from its start mark on.
 
     Raises:
-        JpegDamage: it is no picture that a camera sends, or its structure is damaged.
+        JpegDamageError: it is no picture that a camera sends, or its structure is damaged.
     """
     if content[:2] != bytes((_FILL, _START)):
-        raise JpegDamage("no start mark")
+        raise JpegDamageError("no start mark")
     tables, at = _Tables(), 2
     while True:
         marker, at = _marker(content, at)
         length = int.from_bytes(content[at : at + 2])
         body = content[at + 2 : at + length]
         if length < 2 or len(body) != length - 2:
-            raise JpegDamage("a segment is cut off")
+            raise JpegDamageError("a segment is cut off")
         at += length
         if marker == _SCAN:
             return _header(tables, body, at)
@@ -129,18 +129,18 @@ def _marker(content: bytes, at: int) -> tuple[int, int]:
     while True:
         at = content.find(_FILL, at)
         if at < 0:
-            raise JpegDamage("no scan")
+            raise JpegDamageError("no scan")
         while at < len(content) and content[at] == _FILL:
             at += 1
         if at >= len(content):
-            raise JpegDamage("no scan")
+            raise JpegDamageError("no scan")
         if content[at]:
             return content[at], at + 1
 
 
 def _frame(body: bytes) -> tuple[int, int, tuple[Component, ...]]:
     if len(body) < 6 or len(body) != 6 + 3 * body[5] or body[0] != 8 or body[5] not in (1, 3):
-        raise JpegDamage("no frame of 8 bits with one or three components")
+        raise JpegDamageError("no frame of 8 bits with one or three components")
     height_px, width_px = int.from_bytes(body[1:3]), int.from_bytes(body[3:5])
     components = tuple(
         Component(body[at], body[at + 1] >> 4, body[at + 1] & 15, body[at + 2])
@@ -150,11 +150,11 @@ def _frame(body: bytes) -> tuple[int, int, tuple[Component, ...]]:
         components = (Component(components[0].identifier, 1, 1, components[0].quantisation),)
     samplings = [(c.across, c.down) for c in components]
     if not all(1 <= across <= 4 and 1 <= down <= 4 for across, down in samplings):
-        raise JpegDamage("impossible sampling factors")
+        raise JpegDamageError("impossible sampling factors")
     if sum(across * down for across, down in samplings) > _MOST_BLOCKS:
-        raise JpegDamage("more blocks in a unit than there may be")
+        raise JpegDamageError("more blocks in a unit than there may be")
     if not (width_px and height_px):
-        raise JpegDamage("a frame without pixels")
+        raise JpegDamageError("a frame without pixels")
     return width_px, height_px, components
 
 
@@ -165,10 +165,10 @@ def _quantisation(body: bytes) -> dict[int, NDArray[np.int64]]:
         number, width = body[at] & 15, 1 + (body[at] >> 4)
         values = body[at + 1 : at + 1 + 64 * width]
         if number > 3 or width > 2 or len(values) != 64 * width:
-            raise JpegDamage("a quantisation table is damaged")
+            raise JpegDamageError("a quantisation table is damaged")
         found[number] = np.frombuffer(values, f">u{width}").astype(np.int64)
         if not found[number].all():
-            raise JpegDamage("a quantisation table has a step of 0")
+            raise JpegDamageError("a quantisation table has a step of 0")
         at += 1 + 64 * width
     return found
 
@@ -181,7 +181,7 @@ def _huffman(body: bytes) -> dict[tuple[int, int], bytes]:
         end = at + 17 + sum(counts)
         key = body[at] >> 4, body[at] & 15
         if len(counts) != 16 or end > len(body) or key[0] > 1 or key[1] > 3:
-            raise JpegDamage("a Huffman table is damaged")
+            raise JpegDamageError("a Huffman table is damaged")
         found[key] = body[at + 1 : end]
         at = end
     return found
@@ -189,21 +189,21 @@ def _huffman(body: bytes) -> dict[tuple[int, int], bytes]:
 
 def _header(tables: _Tables, body: bytes, scan_at: int) -> JpegHeader:
     if tables.frame is None:
-        raise JpegDamage("a scan without a frame")
+        raise JpegDamageError("a scan without a frame")
     width_px, height_px, components = tables.frame
     count = len(components)
     if len(body) != 4 + 2 * count or body[0] != count or body[-3:] != b"\0\x3f\0":
-        raise JpegDamage("no scan of all components")
+        raise JpegDamageError("no scan of all components")
     quantisation = np.empty((count, 64), np.int64)
     codes = np.empty((count, 2, 1 << 16), np.uint16)
     for place, component in enumerate(components):
         identifier, chosen = body[1 + 2 * place], body[2 + 2 * place]
         if identifier != component.identifier:
-            raise JpegDamage("frame and scan name different components")
+            raise JpegDamageError("frame and scan name different components")
         steps = tables.quantisation.get(component.quantisation)
         direct, alternating = (0, chosen >> 4), (1, chosen & 15)
         if steps is None or direct not in tables.huffman or alternating not in tables.huffman:
-            raise JpegDamage("a table is missing")
+            raise JpegDamageError("a table is missing")
         quantisation[place] = steps
         codes[place, 0] = code_table(tables.huffman[direct])
         codes[place, 1] = code_table(tables.huffman[alternating])
@@ -218,7 +218,7 @@ def code_table(table: bytes) -> NDArray[np.uint16]:
         table: 16 counts of codes by length, then the symbols.
 
     Raises:
-        JpegDamage: more codes than their lengths allow.
+        JpegDamageError: more codes than their lengths allow.
     """
     codes = np.zeros(1 << 16, np.uint16)
     at, symbols = 0, iter(table[16:])
@@ -226,7 +226,7 @@ def code_table(table: bytes) -> NDArray[np.uint16]:
         for _ in range(count):
             end = at + (1 << (16 - length))
             if end > codes.size:
-                raise JpegDamage("a Huffman table has too many codes")
+                raise JpegDamageError("a Huffman table has too many codes")
             codes[at:end] = length << 8 | next(symbols)
             at = end
     return codes

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.compute.kernel import kernel
-from rig_drivers.v4l2.jpeg_header import JpegDamage, JpegHeader
+from rig_drivers.v4l2.jpeg_header import JpegDamageError, JpegHeader
 
 _COMPLETE: Final = 0
 _NO_CODE: Final = 1
@@ -66,7 +66,7 @@ def walk_scan(content: NDArray[np.uint8], header: JpegHeader) -> int:
         Where the coded pixels end in `content`.
 
     Raises:
-        JpegDamage: it is damaged.
+        JpegDamageError: it is damaged.
     """
     units = header.units_across * header.units_down
     of_block = np.repeat(
@@ -91,9 +91,10 @@ def walk_scan(content: NDArray[np.uint8], header: JpegHeader) -> int:
             roughest,
             beyond,
             _WAVES,
+            0 if content[end : end + 1].size else 2,  # a damaged end mark looks like two more bytes
         )
     if verdict != _COMPLETE:
-        raise JpegDamage(_REASONS[verdict])
+        raise JpegDamageError(_REASONS[verdict])
     return end
 
 
@@ -132,8 +133,10 @@ def _unstuff(  # noqa: C901 - one loop over bytes
                 return _MARKER, at
             part += 1
             ends[part] = used
-        else:
+        elif after + 1 < size:
             return _MARKER, at
+        else:
+            break  # what stands in place of the end mark
         at = after + 1
     if part != last_part:
         return _SHORT, at
@@ -154,6 +157,7 @@ def _walk(  # noqa: C901 - one loop over bits, each step a few instructions
     roughest: NDArray[np.float64],
     beyond: NDArray[np.float64],
     waves: NDArray[np.float64],
+    end_mark_bytes: int,
 ) -> int:
     coefficients = np.zeros((8, 8))
     direct = np.zeros(3, np.int64)
@@ -222,7 +226,8 @@ def _walk(  # noqa: C901 - one loop over bits, each step a few instructions
                         return _IMPOSSIBLE
             unit += 1
         at = (at + 7) >> 3  # the rest of the last byte fills it up
-        if at < ends[part + 1]:
+        may_stay = end_mark_bytes if part == ends.size - 2 else 0
+        if at + may_stay < ends[part + 1]:
             filler = plain[at]
             if filler not in (0, 255):
                 return _LEFT_OVER

@@ -17,11 +17,11 @@ from rig.frames import GreyImage
 
 LEAST_STEP: Final = 1.5
 """Smallest shift that is told from the unevenness of compression, in grey levels."""
-_LEAST_SHARE: Final = 0.06
+_LEAST_SHARE: Final = 0.05
 """Part of a row of units that must lie on either side of the damage."""
-_AGREEING: Final = 0.75
+_AGREEING: Final = 0.7
 """Part of the borders in two rows of units whose steps must be as the shift foretells."""
-_UNEVEN: Final = 0.6
+_UNEVEN: Final = 0.9
 """Least spread of the picture along the step, as part of its height: the border of one even
 surface in front of another is no damage."""
 
