@@ -14,7 +14,7 @@ from collections import Counter
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from rig_drivers.v4l2.jpeg import JpegDamage, grey_of_jpeg
+from rig_drivers.v4l2.jpeg import JpegDamageError, grey_of_jpeg
 
 WIDTH_PX, HEIGHT_PX = 640, 480
 KINDS = (
@@ -61,7 +61,7 @@ def is_refused(data: Picture) -> bool:
     """Whether the driver would drop it."""
     try:
         grey_of_jpeg(data, width_px=WIDTH_PX, height_px=HEIGHT_PX)
-    except JpegDamage:
+    except JpegDamageError:
         return True
     return False
 

@@ -11,7 +11,23 @@ from rig_drivers.v4l2.jpeg_header import JpegDamageError, read_header
 from rig_drivers.v4l2.jpeg_scan import walk_scan
 from rig_drivers.v4l2.jpeg_seams import shifted_from
 
-__all__ = ["JpegDamageError", "grey_of_jpeg"]
+__all__ = ["JpegDamageError", "ShiftedPictureError", "grey_of_jpeg"]
+
+
+class ShiftedPictureError(JpegDamageError):
+    """All codes are valid, but the brightness jumps as it does behind a damaged one.
+
+    Args:
+        unit: the number of the coded unit where it jumps. A scene that only looks so, looks so in
+            the next picture too, and at the same unit.
+        image: the picture as it is, (H, W) of 8 bits.
+    """
+
+    def __init__(self, unit: int, image: GreyImage) -> None:
+        super().__init__(f"brightness jumps at unit {unit}, in the middle of the picture")
+        self.unit = unit
+        self.image = image
+
 
 _END_MARK = b"\xff\xd9"
 
@@ -29,6 +45,7 @@ def grey_of_jpeg(data: NDArray[np.uint8], *, width_px: int, height_px: int) -> G
         height_px: height agreed upon.
 
     Raises:
+        ShiftedPictureError: it looks damaged, see there.
         JpegDamageError: the picture is damaged, of another size, or none.
     """
     header = read_header(data.tobytes())
@@ -47,5 +64,5 @@ def grey_of_jpeg(data: NDArray[np.uint8], *, width_px: int, height_px: int) -> G
     grey = cast("GreyImage", image)
     unit = shifted_from(grey, unit_px=header.unit_px, units_per_restart=header.units_per_restart)
     if unit is not None:
-        raise JpegDamageError(f"brightness jumps at unit {unit}, in the middle of the picture")
+        raise ShiftedPictureError(unit, grey)
     return grey

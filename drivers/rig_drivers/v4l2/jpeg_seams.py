@@ -62,7 +62,8 @@ def _shift(
     border = max(3, int(_LEAST_SHARE * across))
     noise = np.median(np.abs(steps))
     for row in range(rows - 1):
-        for column in range(border, across - border + 1):
+        last_column = across - (max(border, 4) if is_by_row else border)
+        for column in range(border, last_column + 1):
             top = np.median(steps[row, column:])
             if abs(top) < LEAST_STEP:
                 continue

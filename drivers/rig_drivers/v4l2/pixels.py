@@ -17,6 +17,21 @@ class PixelError(ValueError):
     """The bytes are no image of the format and size agreed upon."""
 
 
+class DoubtfulPixelError(PixelError):
+    """The picture looks damaged; where the next one does at the same place, it is the scene.
+
+    Args:
+        message: what is wrong.
+        place: where in the picture.
+        image: the picture as it is.
+    """
+
+    def __init__(self, message: str, *, place: int, image: GreyImage) -> None:
+        super().__init__(message)
+        self.place = place
+        self.image = image
+
+
 def _grey8(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
     return _rows(data, width_px, height_px, stride).copy()
 
@@ -80,6 +95,8 @@ def _jpeg(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
 
     try:
         return jpeg.grey_of_jpeg(data, width_px=width_px, height_px=height_px)
+    except jpeg.ShiftedPictureError as error:
+        raise DoubtfulPixelError(str(error), place=error.unit, image=error.image) from error
     except jpeg.JpegDamageError as error:
         raise PixelError(str(error)) from error
 
@@ -121,6 +138,7 @@ def to_grey(
             planar formats; without meaning in compressed ones.
 
     Raises:
+        DoubtfulPixelError: a picture that may be damaged.
         PixelError: too few bytes, or a damaged picture.
     """
     decode, _ = DECODERS[pixel_format]
