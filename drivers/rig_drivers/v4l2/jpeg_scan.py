@@ -213,6 +213,8 @@ def _walk(  # noqa: C901 - one loop over bits, each step a few instructions
                         if abs(2 * value * steps[component, 0]) > 2048 + steps[component, 0]:
                             return _IMPOSSIBLE
                     scaled = float(value * steps[component, place])
+                    if scaled == 0.0 and value != 0:
+                        return _IMPOSSIBLE  # a step of 0; where no coefficient uses it, no matter
                     energy += scaled * scaled
                     height += abs(scaled)
                     position = _ZIGZAG[place]
