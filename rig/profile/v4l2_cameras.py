@@ -12,6 +12,16 @@ ControlValue = bool | int | str
 """A switch, a number, or the name of a menu entry."""
 
 
+# fmt: off
+V4l2PixelFormat = Literal[
+    "GREY", "Y10", "Y12", "Y16", "Y10P", "Y12P", "YUYV", "UYVY", "NV12", "MJPG",
+    "BA81", "GBRG", "GRBG", "RGGB", "BG10", "GB10", "BA10", "RG10", "BG12", "GB12", "BA12", "RG12",
+    "pBAA", "pGAA", "pgAA", "pRAA", "pBCC", "pGCC", "pgCC", "pRCC",
+]
+# fmt: on
+"""The kernel's four letters."""
+
+
 class V4l2CameraConfig(CameraConfig):
     """Several V4L2 cameras (USB, CSI), one per view, all in one mode.
 
@@ -30,9 +40,10 @@ class V4l2CameraConfig(CameraConfig):
     """Image height, as the devices offer it."""
     rate_hz: Positive
     """Frames per second, as the devices offer it (within 0.5 %: 30 takes 29.97)."""
-    pixel_format: Literal["GREY", "Y10", "Y12", "Y16", "YUYV", "NV12", "MJPG"]
-    """How the pixels come. Grey formats are best; of YUYV and NV12 the luma is taken; MJPG loses
-    detail and is last. Y10 and Y12 keep the sensor's counts (0..1023, 0..4095)."""
+    pixel_format: V4l2PixelFormat
+    """How the pixels come. Grey formats are best; of YUYV, UYVY and NV12 the luma is taken; MJPG
+    loses detail and is last. 10 and 12 bits keep the sensor's counts (0..1023, 0..4095), packed (P)
+    or not. Bayer mosaics (RGGB, RG10, pRAA ...) become grey as (red + 2 green + blue) / 4."""
     exposure_s: Positive | None = None
     """Exposure time; switches the automatism off. Steps of 0.0001 s. None leaves it alone, and
     the middle of the exposure is then known less well."""

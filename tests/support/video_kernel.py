@@ -72,6 +72,14 @@ class FakeDevice:
     """Whether frames end at whole multiples of the interval: as if all cameras had one trigger."""
     is_silent: bool = False
     is_plugged: bool = True
+    planes: int = 1
+    """Of a multi-planar node."""
+    data_offset: int = 0
+    """Bytes before the picture in the buffers of a multi-planar node."""
+
+    @property
+    def is_planar(self) -> bool:
+        return not self.capabilities & abi.CAP_VIDEO_CAPTURE
 
 
 @dataclass
@@ -251,12 +259,17 @@ class FakeVideoKernel:
 
     def _set_format(self, session: _Session, argument: Argument) -> None:
         assert isinstance(argument, structures.Format)
-        pixels = argument.fmt.pix
+        planar = session.device.is_planar
+        assert argument.type == (9 if planar else 1)
+        pixels = argument.fmt.pix_mp if planar else argument.fmt.pix
         asked = (abi.fourcc_name(pixels.pixelformat), pixels.width, pixels.height)
         session.mode = asked if asked in session.device.modes else session.device.modes[0]
         pixels.pixelformat = abi.fourcc(session.mode[0])
         pixels.width, pixels.height = session.mode[1:]
-        pixels.bytesperline, pixels.sizeimage = session.stride, session.size
+        memory = argument.fmt.pix_mp.plane_fmt[0] if planar else argument.fmt.pix
+        memory.bytesperline, memory.sizeimage = session.stride, session.size
+        if planar:
+            argument.fmt.pix_mp.num_planes = session.device.planes
 
     def _parameters(self, session: _Session, argument: Argument) -> None:
         assert isinstance(argument, structures.StreamParameters)
@@ -316,7 +329,11 @@ class FakeVideoKernel:
 
     def _query_buffer(self, session: _Session, argument: Argument) -> None:
         assert isinstance(argument, structures.Buffer)
-        argument.length, argument.m.offset = session.size, argument.index
+        if session.device.is_planar:
+            plane = _plane_of(argument)
+            plane.length, plane.m.offset = session.size, argument.index
+        else:
+            argument.length, argument.m.offset = session.size, argument.index
 
     def _queue(self, session: _Session, argument: Argument) -> None:
         assert isinstance(argument, structures.Buffer)
@@ -332,6 +349,12 @@ class FakeVideoKernel:
         if not session.done:
             raise BlockingIOError(errno.EAGAIN, "nothing yet")
         filled = session.done.popleft()
+        if session.device.is_planar:
+            plane = _plane_of(argument)
+            plane.bytesused, plane.length = filled.bytesused, filled.length
+            plane.data_offset = session.device.data_offset
+            filled.m.userptr, filled.length = argument.m.userptr, 1
+            filled.bytesused = 0
         ctypes.memmove(
             ctypes.addressof(argument), ctypes.addressof(filled), ctypes.sizeof(structures.Buffer)
         )
@@ -360,6 +383,11 @@ def _entry(entries: list[Entry], index: int) -> Entry:
     if index >= len(entries):
         raise OSError(errno.EINVAL, "end of the list")
     return entries[index]
+
+
+def _plane_of(buffer: structures.Buffer) -> structures.Plane:
+    assert buffer.length == 1
+    return structures.Plane.from_address(buffer.m.userptr)
 
 
 def _value_of(argument: Argument) -> structures.ExtendedControl:

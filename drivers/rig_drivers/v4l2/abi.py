@@ -40,6 +40,7 @@ VIDIOC_ENUM_FRAMEINTERVALS: Final = _both(75, structures.FrameInterval)
 VIDIOC_QUERY_EXT_CTRL: Final = _both(103, structures.QueryExtendedControl)
 
 BUF_TYPE_VIDEO_CAPTURE: Final = 1
+BUF_TYPE_VIDEO_CAPTURE_MPLANE: Final = 9
 MEMORY_MMAP: Final = 1
 FIELD_ANY: Final = 0
 FIELD_NONE: Final = 1

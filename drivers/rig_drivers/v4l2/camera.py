@@ -7,14 +7,15 @@ from pathlib import Path
 from typing import Self
 
 from rig.devices import Clock, not_open
-from rig.frames import Frame, MultiView
+from rig.frames import Frame, GreyImage, MultiView
 from rig.profile import V4l2CameraConfig
 from rig_drivers.v4l2 import abi
 from rig_drivers.v4l2.controls import Controls
 from rig_drivers.v4l2.formats import AppliedMode, Mode, set_mode
 from rig_drivers.v4l2.kernel import Kernel
 from rig_drivers.v4l2.node import Node
-from rig_drivers.v4l2.pixels import DECODERS, PixelError, to_grey
+from rig_drivers.v4l2.pixels import DECODERS, DoubtfulPixelError, PixelError, to_grey
+from rig_drivers.v4l2.rate import RateWatch
 from rig_drivers.v4l2.settings import exposure_of, settings_for
 from rig_drivers.v4l2.stream import BUFFERS, CaptureStream, RawFrame
 
@@ -48,6 +49,8 @@ class V4l2Camera:
         self._stream: CaptureStream | None = None
         self._mode: AppliedMode | None = None
         self._exposure_s: float | None = None
+        self._rate = RateWatch(self._node.name, config.rate_hz)
+        self._doubtful_at: int | None = None
         self._identity: dict[str, str] = {
             "kind": "v4l2",
             "model": "",
@@ -69,6 +72,7 @@ class V4l2Camera:
             controls = Controls(self._node)
             controls.apply(settings_for(self._config, self._view, controls, self._node.name))
             self._exposure_s = exposure_of(controls)
+            self._rate = RateWatch(self._node.name, self._config.rate_hz)
             self._identity = self._identified(self._mode.mode, controls)
             stream = CaptureStream(self._node, self._clock, self._view)
             self._stream = opening.enter_context(stream)
@@ -137,15 +141,10 @@ class V4l2Camera:
         """Return the next frame; None for one that turns out to be damaged."""
         stream, mode = self._running()
         raw = stream.next(timeout_s)
-        try:
-            image = to_grey(
-                raw.data,
-                mode.mode.pixel_format,
-                width_px=mode.mode.width_px,
-                height_px=mode.mode.height_px,
-                bytes_per_line=mode.bytes_per_line,
-            )
-        except PixelError:
+        if mode.mode.rate_hz is None:
+            self._rate.see(raw.sequence, raw.timestamp_s)
+        image = self._image(raw, mode)
+        if image is None:
             stream.dropped["damaged"] += 1
             return None
         middle_s, uncertainty_s = self._middle_of_exposure(raw)
@@ -158,6 +157,24 @@ class V4l2Camera:
             bits=DECODERS[mode.mode.pixel_format][1],
             uncertainty_s=uncertainty_s,
         )
+
+    def _image(self, raw: RawFrame, mode: AppliedMode) -> GreyImage | None:
+        """Return the picture; None for a damaged one."""
+        doubtful_at, self._doubtful_at = self._doubtful_at, None
+        try:
+            return to_grey(
+                raw.data,
+                mode.mode.pixel_format,
+                width_px=mode.mode.width_px,
+                height_px=mode.mode.height_px,
+                bytes_per_line=mode.bytes_per_line,
+            )
+        except DoubtfulPixelError as error:
+            self._doubtful_at = error.place
+            # Damage does not strike twice at one place: what does is a part of the scene.
+            return error.image if error.place == doubtful_at else None
+        except PixelError:
+            return None
 
     def _middle_of_exposure(self, raw: RawFrame) -> tuple[float, float]:
         half_s = (self._exposure_s or 0.0) / 2.0

@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Final
 
 from rig.errors import ConfigError, DeviceLostError
 from rig_drivers.v4l2 import abi, structures
@@ -12,6 +13,7 @@ from rig_drivers.v4l2.pixels import DECODERS
 
 RATE_TOLERANCE = 0.005
 """Largest relative difference between a rate asked for and one offered: 30 Hz takes 29.97 Hz."""
+_LARGEST_PX: Final = 1 << 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +38,8 @@ class SizeOffer:
     pixel_format: str
     width_px: Steps
     height_px: Steps
+    is_told: bool = True
+    """Whether the node lists it; else only setting it shows whether the node takes it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,15 +77,26 @@ class AppliedMode:
 
 
 def size_offers(node: Node) -> list[SizeOffer]:
-    """Ask a node for all its pixel formats and sizes."""
-    return [offer for name in pixel_formats(node) for offer in _sizes(node, name)]
+    """Ask a node for all its pixel formats and sizes; a format without sizes takes any.
+
+    Receivers of a bare sensor (CSI) list no sizes: what comes depends on how the sensor is set.
+    """
+    return [
+        offer
+        for name in pixel_formats(node)
+        for offer in (list(_sizes(node, name)) or [_any(name)])
+    ]
+
+
+def _any(name: str) -> SizeOffer:
+    return SizeOffer(name, Steps(1, _LARGEST_PX), Steps(1, _LARGEST_PX), is_told=False)
 
 
 def pixel_formats(node: Node) -> list[str]:
     """Ask a node for its pixel formats, four letters each."""
     described = node.entries(
         abi.VIDIOC_ENUM_FMT,
-        lambda index: structures.FormatDescription(index=index, type=abi.BUF_TYPE_VIDEO_CAPTURE),
+        lambda index: structures.FormatDescription(index=index, type=node.buffer_type),
     )
     return [abi.fourcc_name(entry.pixelformat) for entry in described]
 
@@ -129,7 +144,8 @@ def set_mode(node: Node, wanted: Mode) -> AppliedMode:
             f"camera.pixel_format: {wanted.pixel_format} cannot be read by rig",
             advice=f"readable are {', '.join(DECODERS)}",
         )
-    nearest = nearest_size(size_offers(node), wanted)
+    offers = size_offers(node)
+    nearest = nearest_size(offers, wanted)
     if nearest is None:
         listed = ", ".join(pixel_formats(node)) or "none"
         raise ConfigError(
@@ -142,11 +158,9 @@ def set_mode(node: Node, wanted: Mode) -> AppliedMode:
         interval_s = _nearest_interval(node, nearest, wanted.rate_hz)
     rate_hz = None if interval_s is None else float(1 / interval_s)
     offered = Mode(nearest.pixel_format, nearest.width_px, nearest.height_px, rate_hz)
-    if not _is_same(offered, wanted):
-        raise ConfigError(
-            f"{node.name}: asked for {wanted}, the nearest it offers is {offered}",
-            advice="set camera.pixel_format, width_px, height_px and rate_hz to that",
-        )
+    expected = wanted if rate_hz is not None else _without_rate(wanted)
+    if not _is_same(offered, expected):
+        raise _not_offered(node, wanted, offered)
     try:
         pixels = _set_pixels(node, offered)
         applied_hz = _set_interval(node, interval_s)
@@ -156,16 +170,30 @@ def set_mode(node: Node, wanted: Mode) -> AppliedMode:
             f"offers {offered}, but refuses it: {error.strerror}",
             advice="is it in use?",
         ) from error
-    applied = Mode(
-        abi.fourcc_name(pixels.pixelformat), pixels.width, pixels.height, applied_hz or rate_hz
-    )
+    applied = replace(pixels.mode, rate_hz=applied_hz or rate_hz)
     if not _is_same(applied, offered):
+        if not all(offer.is_told for offer in offers if offer.pixel_format == wanted.pixel_format):
+            raise _not_offered(node, wanted, applied)
         raise DeviceLostError(
             node.name,
             f"asked for {offered}, which it offers, it was set to {applied} instead",
             advice="ask for that, or plug it in again",
         )
-    return AppliedMode(applied, pixels.bytesperline)
+    return replace(pixels, mode=applied)
+
+
+def _not_offered(node: Node, wanted: Mode, nearest: Mode) -> ConfigError:
+    keys = "camera.pixel_format, width_px and height_px"
+    if nearest.rate_hz is not None:
+        keys = "camera.pixel_format, width_px, height_px and rate_hz"
+    return ConfigError(
+        f"{node.name}: asked for {wanted}, the nearest it offers is {nearest}",
+        advice=f"set {keys} to that",
+    )
+
+
+def _without_rate(mode: Mode) -> Mode:
+    return replace(mode, rate_hz=None)
 
 
 def _sizes(node: Node, name: str) -> Iterator[SizeOffer]:
@@ -237,21 +265,33 @@ def _distance(mode: Mode, wanted: Mode) -> tuple[bool, float]:
     return mode.pixel_format != wanted.pixel_format, size
 
 
-def _set_pixels(node: Node, mode: Mode) -> structures.PixelFormat:
-    asked = structures.Format(type=abi.BUF_TYPE_VIDEO_CAPTURE)
-    asked.fmt.pix.width = mode.width_px
-    asked.fmt.pix.height = mode.height_px
-    asked.fmt.pix.pixelformat = abi.fourcc(mode.pixel_format)
-    asked.fmt.pix.field = abi.FIELD_ANY
+def _set_pixels(node: Node, mode: Mode) -> AppliedMode:
+    asked = structures.Format(type=node.buffer_type)
+    is_planar = node.buffer_type == abi.BUF_TYPE_VIDEO_CAPTURE_MPLANE
+    pixels = asked.fmt.pix_mp if is_planar else asked.fmt.pix
+    pixels.width = mode.width_px
+    pixels.height = mode.height_px
+    pixels.pixelformat = abi.fourcc(mode.pixel_format)
+    pixels.field = abi.FIELD_ANY
     node.ioctl(abi.VIDIOC_S_FMT, asked)
-    return asked.fmt.pix
+    applied = Mode(abi.fourcc_name(pixels.pixelformat), pixels.width, pixels.height)
+    if not is_planar:
+        return AppliedMode(applied, asked.fmt.pix.bytesperline)
+    planes = asked.fmt.pix_mp
+    if planes.num_planes != 1:
+        raise DeviceLostError(
+            node.name,
+            f"gives {applied} in {planes.num_planes} planes of memory, rig reads one",
+            advice="ask for another camera.pixel_format",
+        )
+    return AppliedMode(applied, planes.plane_fmt[0].bytesperline)
 
 
 def _set_interval(node: Node, interval_s: Fraction | None) -> float | None:
     """Set the time from frame to frame; a node with one fixed rate is only read."""
     if interval_s is None:
         return None
-    asked = structures.StreamParameters(type=abi.BUF_TYPE_VIDEO_CAPTURE)
+    asked = structures.StreamParameters(type=node.buffer_type)
     node.ioctl(abi.VIDIOC_G_PARM, asked)
     if asked.parm.capture.capability & abi.PARAMETER_TIME_PER_FRAME:
         asked.parm.capture.timeperframe.numerator = interval_s.numerator
@@ -262,7 +302,7 @@ def _set_interval(node: Node, interval_s: Fraction | None) -> float | None:
 
 
 def _interval(node: Node) -> Fraction | None:
-    asked = structures.StreamParameters(type=abi.BUF_TYPE_VIDEO_CAPTURE)
+    asked = structures.StreamParameters(type=node.buffer_type)
     try:
         node.ioctl(abi.VIDIOC_G_PARM, asked)
     except OSError:

@@ -11,6 +11,7 @@ from rig_drivers.open_errors import not_opened
 from rig_drivers.v4l2 import abi, structures
 from rig_drivers.v4l2.kernel import Argument, Kernel, Memory
 
+_CAPTURES = abi.CAP_VIDEO_CAPTURE | abi.CAP_VIDEO_CAPTURE_MPLANE
 _GONE = (errno.ENODEV, errno.ENXIO, errno.EBADF)
 _END_OF_LIST = (errno.EINVAL, errno.ENOTTY, errno.ENODATA)
 
@@ -59,6 +60,13 @@ class Node:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    @property
+    def buffer_type(self) -> int:
+        """How its buffers are described: those of multi-planar nodes plane by plane."""
+        if abilities(self.capability) & abi.CAP_VIDEO_CAPTURE:
+            return abi.BUF_TYPE_VIDEO_CAPTURE
+        return abi.BUF_TYPE_VIDEO_CAPTURE_MPLANE
 
     @property
     def is_open(self) -> bool:
@@ -132,15 +140,9 @@ class Node:
                 self.name, "is no video device", advice="name another path"
             ) from error
         able = abilities(capability)
-        if able & abi.CAP_VIDEO_CAPTURE and able & abi.CAP_STREAMING:
+        if able & _CAPTURES and able & abi.CAP_STREAMING:
             return capability
         card = capability.card.decode(errors="replace")
-        if able & abi.CAP_VIDEO_CAPTURE_MPLANE:
-            raise DeviceNotFoundError(
-                self.name,
-                f"{card} offers only multi-planar buffers, which rig does not read",
-                advice="use another camera (`rig devices` lists them)",
-            )
         raise DeviceNotFoundError(
             self.name,
             f"{card} does not stream pictures on this node",

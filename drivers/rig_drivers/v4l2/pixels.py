@@ -1,7 +1,7 @@
 """From the bytes of a buffer to a grey image, for every pixel format that rig reads."""
 
 from collections.abc import Callable
-from typing import Final, cast
+from typing import Final
 
 import cv2
 import numpy as np
@@ -10,10 +10,26 @@ from numpy.typing import NDArray
 from rig.frames import GreyImage
 
 Bytes = NDArray[np.uint8]
+Decoder = Callable[[Bytes, int, int, int], GreyImage]
 
 
 class PixelError(ValueError):
     """The bytes are no image of the format and size agreed upon."""
+
+
+class DoubtfulPixelError(PixelError):
+    """The picture looks damaged; where the next one does at the same place, it is the scene.
+
+    Args:
+        message: what is wrong.
+        place: where in the picture.
+        image: the picture as it is.
+    """
+
+    def __init__(self, message: str, *, place: int, image: GreyImage) -> None:
+        super().__init__(message)
+        self.place = place
+        self.image = image
 
 
 def _grey8(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
@@ -29,33 +45,78 @@ def _luma_of_yuyv(data: Bytes, width_px: int, height_px: int, stride: int) -> Gr
     return _rows(data, 2 * width_px, height_px, stride)[:, ::2].copy()
 
 
+def _luma_of_uyvy(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
+    return _rows(data, 2 * width_px, height_px, stride)[:, 1::2].copy()
+
+
+def _grey10_packed(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
+    """Four pixels in five bytes: the upper eight bits of each, then two lower bits of all."""
+    groups = -(-width_px // 4)
+    packed = _rows(data, 5 * groups, height_px, stride).reshape(height_px, groups, 5)
+    high = packed[..., :4].astype(np.uint16) << 2
+    low = packed[..., 4:] >> np.array([0, 2, 4, 6], np.uint8) & 3
+    return np.ascontiguousarray((high | low).reshape(height_px, -1)[:, :width_px])
+
+
+def _grey12_packed(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
+    """Two pixels in three bytes: the upper eight bits of each, then four lower bits of both."""
+    groups = -(-width_px // 2)
+    packed = _rows(data, 3 * groups, height_px, stride).reshape(height_px, groups, 3)
+    high = packed[..., :2].astype(np.uint16) << 4
+    low = packed[..., 2:] >> np.array([0, 4], np.uint8) & 15
+    return np.ascontiguousarray((high | low).reshape(height_px, -1)[:, :width_px])
+
+
+def _of_bayer(decode: Decoder) -> Decoder:
+    """Return what reads a mosaic of colours as grey: (red + 2 green + blue) / 4, rounded.
+
+    Every pixel is weighed with its eight neighbours: 4 for itself, 2 along rows and columns, 1
+    along diagonals. Wherever the middle lies, the sixteenths come to 4 of red, 8 of green and 4
+    of blue, so that the order of the colours does not matter, no colour is interpolated, and
+    nothing is shifted. Values stay within the sensor's counts.
+    """
+
+    def grey(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
+        mosaic = decode(data, width_px, height_px, stride)
+        if min(mosaic.shape) < 2:
+            raise PixelError(f"{width_px} x {height_px} px are no mosaic of colours")
+        weights = np.array([1.0, 2.0, 1.0])
+        sums = cv2.sepFilter2D(  # mirrored at the border pixel: the colours stay in order
+            mosaic, cv2.CV_32F, weights, weights, borderType=cv2.BORDER_REFLECT_101
+        )
+        return ((sums + 8.0) / 16.0).astype(mosaic.dtype)
+
+    return grey
+
+
 def _jpeg(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
     del stride  # compressed
-    content = data.tobytes().rstrip(b"\0")  # some cameras fill the buffer up
-    if not (content.startswith(b"\xff\xd8") and content.endswith(b"\xff\xd9")):
-        raise PixelError(f"{data.size} bytes are no whole JPEG picture")
+    from rig_drivers.v4l2 import jpeg  # compiles machine code, which only these cameras need
+
     try:
-        image: NDArray[np.generic] | None = cv2.imdecode(
-            np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE
-        )
-    except cv2.error as error:
-        raise PixelError("the JPEG picture is damaged") from error
-    if image is None or image.shape != (height_px, width_px):
-        found = "nothing readable" if image is None else f"{image.shape[1]} x {image.shape[0]} px"
-        raise PixelError(f"the JPEG picture holds {found}, agreed were {width_px} x {height_px} px")
-    return cast("GreyImage", image)
+        return jpeg.grey_of_jpeg(data, width_px=width_px, height_px=height_px)
+    except jpeg.ShiftedPictureError as error:
+        raise DoubtfulPixelError(str(error), place=error.unit, image=error.image) from error
+    except jpeg.JpegDamageError as error:
+        raise PixelError(str(error)) from error
 
-
-Decoder = Callable[[Bytes, int, int, int], GreyImage]
 
 DECODERS: Final[dict[str, tuple[Decoder, int]]] = {
     "GREY": (_grey8, 8),
     "Y10": (_grey16, 10),
     "Y12": (_grey16, 12),
     "Y16": (_grey16, 16),
+    "Y10P": (_grey10_packed, 10),
+    "Y12P": (_grey12_packed, 12),
     "YUYV": (_luma_of_yuyv, 8),
+    "UYVY": (_luma_of_uyvy, 8),
     "NV12": (_grey8, 8),
     "MJPG": (_jpeg, 8),
+    **dict.fromkeys(("BA81", "GBRG", "GRBG", "RGGB"), (_of_bayer(_grey8), 8)),
+    **dict.fromkeys(("BG10", "GB10", "BA10", "RG10"), (_of_bayer(_grey16), 10)),
+    **dict.fromkeys(("BG12", "GB12", "BA12", "RG12"), (_of_bayer(_grey16), 12)),
+    **dict.fromkeys(("pBAA", "pGAA", "pgAA", "pRAA"), (_of_bayer(_grey10_packed), 10)),
+    **dict.fromkeys(("pBCC", "pGCC", "pgCC", "pRCC"), (_of_bayer(_grey12_packed), 12)),
 }
 """By pixel format: what reads it, and how many bits a grey value has.
 
@@ -77,6 +138,7 @@ def to_grey(
             planar formats; without meaning in compressed ones.
 
     Raises:
+        DoubtfulPixelError: a picture that may be damaged.
         PixelError: too few bytes, or a damaged picture.
     """
     decode, _ = DECODERS[pixel_format]

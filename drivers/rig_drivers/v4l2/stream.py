@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rig.devices import Clock
 from rig.errors import CaptureTimeoutError, DeviceLostError
 from rig_drivers.v4l2 import abi, structures
+from rig_drivers.v4l2.buffers import BufferRequest
 from rig_drivers.v4l2.kernel import FAILED, Memory
 from rig_drivers.v4l2.node import Node
 
@@ -126,21 +127,22 @@ class CaptureStream:
         After a failure the error of this very call tells an unplugged camera from a stream that
         stopped.
         """
-        buffer = self._buffer()
+        buffer = BufferRequest(self._node.buffer_type)
         try:
-            self._node.ioctl(abi.VIDIOC_DQBUF, buffer)
+            self._node.ioctl(abi.VIDIOC_DQBUF, buffer.header)
         except OSError as error:
             if has_failed or not isinstance(error, BlockingIOError):
                 self._recover(error)
             return None
         frame = self._read(buffer)
         try:
-            self._node.ioctl(abi.VIDIOC_QBUF, self._buffer(buffer.index))
+            self._queue(buffer.header.index)
         except OSError as error:
             self._recover(error)
         return frame
 
-    def _read(self, buffer: structures.Buffer) -> RawFrame | None:
+    def _read(self, filled: BufferRequest) -> RawFrame | None:
+        buffer = filled.header
         sequence = self._continued(buffer.sequence)
         if buffer.flags & abi.BUF_FLAG_ERROR:
             self.dropped["damaged"] += 1
@@ -153,9 +155,8 @@ class CaptureStream:
         if last is not None and timestamp_s <= last.timestamp_s:
             self.dropped["duplicate" if timestamp_s == last.timestamp_s else "timestamp"] += 1
             return None
-        used = min(buffer.bytesused, buffer.length)
         frame = RawFrame(
-            data=np.frombuffer(self._memory[buffer.index][0:used], np.uint8),
+            data=np.frombuffer(self._memory[buffer.index][filled.filled], np.uint8),
             sequence=sequence,
             timestamp_s=timestamp_s,
             is_start_of_exposure=buffer.flags & abi.BUF_FLAG_TIMESTAMP_SOURCE_MASK
@@ -200,7 +201,7 @@ class CaptureStream:
             ) from error
         self.dropped["restart"] += 1
         try:
-            self._node.ioctl(abi.VIDIOC_STREAMOFF, _capture_type())
+            self._node.ioctl(abi.VIDIOC_STREAMOFF, ctypes.c_int(self._node.buffer_type))
             self._queue_all()
             self._switch_on()
         except OSError as again:
@@ -212,22 +213,26 @@ class CaptureStream:
 
     def _allocate(self) -> None:
         request = structures.RequestBuffers(
-            count=BUFFERS, type=abi.BUF_TYPE_VIDEO_CAPTURE, memory=abi.MEMORY_MMAP
+            count=BUFFERS, type=self._node.buffer_type, memory=abi.MEMORY_MMAP
         )
         self._node.ioctl(abi.VIDIOC_REQBUFS, request)
         for index in range(request.count):
-            buffer = self._buffer(index)
-            self._node.ioctl(abi.VIDIOC_QUERYBUF, buffer)
-            self._memory.append(self._node.map(buffer.length, buffer.m.offset))
+            buffer = BufferRequest(self._node.buffer_type, index)
+            self._node.ioctl(abi.VIDIOC_QUERYBUF, buffer.header)
+            self._memory.append(self._node.map(buffer.length, buffer.offset))
 
     def _queue_all(self) -> None:
         for index in range(len(self._memory)):
-            self._node.ioctl(abi.VIDIOC_QBUF, self._buffer(index))
+            self._queue(index)
+
+    def _queue(self, index: int) -> None:
+        buffer = BufferRequest(self._node.buffer_type, index)
+        self._node.ioctl(abi.VIDIOC_QBUF, buffer.header)
 
     def _switch_on(self) -> None:
         self._streaming_since_s = self._clock.now_s()
         self._counter = None
-        self._node.ioctl(abi.VIDIOC_STREAMON, _capture_type())
+        self._node.ioctl(abi.VIDIOC_STREAMON, ctypes.c_int(self._node.buffer_type))
         self._is_running = True
 
     def _not_started(self, error: OSError) -> DeviceLostError:
@@ -240,7 +245,7 @@ class CaptureStream:
     def _release(self) -> None:
         """Stop and give the memory back; nothing to be done where the device is gone."""
         with contextlib.suppress(OSError, DeviceLostError):
-            self._node.ioctl(abi.VIDIOC_STREAMOFF, _capture_type())
+            self._node.ioctl(abi.VIDIOC_STREAMOFF, ctypes.c_int(self._node.buffer_type))
         for memory in self._memory:
             memory.close()
         self._memory.clear()
@@ -248,16 +253,6 @@ class CaptureStream:
             self._node.ioctl(
                 abi.VIDIOC_REQBUFS,
                 structures.RequestBuffers(
-                    count=0, type=abi.BUF_TYPE_VIDEO_CAPTURE, memory=abi.MEMORY_MMAP
+                    count=0, type=self._node.buffer_type, memory=abi.MEMORY_MMAP
                 ),
             )
-
-    @staticmethod
-    def _buffer(index: int = 0) -> structures.Buffer:
-        return structures.Buffer(
-            index=index, type=abi.BUF_TYPE_VIDEO_CAPTURE, memory=abi.MEMORY_MMAP
-        )
-
-
-def _capture_type() -> ctypes.c_int:
-    return ctypes.c_int(abi.BUF_TYPE_VIDEO_CAPTURE)

@@ -1,11 +1,11 @@
 """The kernel's Video4Linux2 structures as ctypes.
 
-Source: Linux UAPI header `linux/videodev2.h`. Only what capture from single planes needs is
-here. Layouts are those of 64-bit kernels.
+Source: Linux UAPI header `linux/videodev2.h`. Only what capture needs is here.
+Layouts are those of 64-bit kernels.
 """
 
 import ctypes
-from ctypes import c_char, c_int32, c_int64, c_uint8, c_uint32, c_uint64, c_void_p
+from ctypes import c_char, c_int32, c_int64, c_uint8, c_uint16, c_uint32, c_uint64, c_void_p
 
 
 class Capability(ctypes.Structure):
@@ -114,9 +114,45 @@ class PixelFormat(ctypes.Structure):
     )
 
 
+class PlaneFormat(ctypes.Structure):
+    """`struct v4l2_plane_pix_format`."""
+
+    _pack_ = 1
+    _fields_ = (
+        ("sizeimage", c_uint32),
+        ("bytesperline", c_uint32),
+        ("reserved", c_uint16 * 6),
+    )
+
+
+class MultiPlanarFormat(ctypes.Structure):
+    """`struct v4l2_pix_format_mplane`."""
+
+    _pack_ = 1
+    _fields_ = (
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("pixelformat", c_uint32),
+        ("field", c_uint32),
+        ("colorspace", c_uint32),
+        ("plane_fmt", PlaneFormat * 8),
+        ("num_planes", c_uint8),
+        ("flags", c_uint8),
+        ("ycbcr_enc", c_uint8),
+        ("quantization", c_uint8),
+        ("xfer_func", c_uint8),
+        ("reserved", c_uint8 * 7),
+    )
+
+
 class _AnyFormat(ctypes.Union):
     # The kernel's union holds a pointer, which aligns it to 8 bytes.
-    _fields_ = (("pix", PixelFormat), ("raw", c_uint8 * 200), ("align", c_uint64))
+    _fields_ = (
+        ("pix", PixelFormat),
+        ("pix_mp", MultiPlanarFormat),
+        ("raw", c_uint8 * 200),
+        ("align", c_uint64),
+    )
 
 
 class Format(ctypes.Structure):
@@ -171,6 +207,18 @@ class _TimeCode(ctypes.Structure):
 
 class _Memory(ctypes.Union):
     _fields_ = (("offset", c_uint32), ("userptr", c_uint64))
+
+
+class Plane(ctypes.Structure):
+    """`struct v4l2_plane`."""
+
+    _fields_ = (
+        ("bytesused", c_uint32),
+        ("length", c_uint32),
+        ("m", _Memory),
+        ("data_offset", c_uint32),
+        ("reserved", c_uint32 * 11),
+    )
 
 
 class Buffer(ctypes.Structure):

@@ -41,7 +41,8 @@ USER, CAMERA, IMAGE_SOURCE = ((number << 16) + 0x900 for number in (0x98, 0x9A, 
 BIT = [1 << number for number in range(32)]
 CONSTANTS = {
     # enumerations
-    "BUF_TYPE_VIDEO_CAPTURE": 1, "MEMORY_MMAP": 1, "FIELD_ANY": 0, "FIELD_NONE": 1, "DISCRETE": 1,
+    "BUF_TYPE_VIDEO_CAPTURE": 1, "BUF_TYPE_VIDEO_CAPTURE_MPLANE": 9, "MEMORY_MMAP": 1,
+    "FIELD_ANY": 0, "FIELD_NONE": 1, "DISCRETE": 1,
     "CTRL_TYPE_INTEGER": 1, "CTRL_TYPE_BOOLEAN": 2, "CTRL_TYPE_MENU": 3, "CTRL_TYPE_BUTTON": 4,
     "CTRL_TYPE_INTEGER64": 5, "CTRL_TYPE_CLASS": 6, "CTRL_TYPE_STRING": 7, "CTRL_TYPE_BITMASK": 8,
     "CTRL_TYPE_INTEGER_MENU": 9, "CTRL_WHICH_CURRENT": 0,
@@ -96,6 +97,10 @@ def test_fields_lie_where_the_kernel_has_them():
     assert structures.Buffer.m.offset == 64
     assert structures.Format.fmt.offset == 8
     assert ctypes.sizeof(structures.ExtendedControl) == 20
+    assert ctypes.sizeof(structures.Plane) == 64
+    assert structures.Plane.data_offset.offset == 16
+    assert ctypes.sizeof(structures.MultiPlanarFormat) == 192
+    assert structures.MultiPlanarFormat.num_planes.offset == 180
 
 
 @given(st.integers(0, 2**32 - 1))
