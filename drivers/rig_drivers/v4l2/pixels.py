@@ -85,7 +85,7 @@ def _of_bayer(decode: Decoder) -> Decoder:
             mosaic, cv2.CV_32F, weights, weights, borderType=cv2.BORDER_REFLECT_101
         )
         rounded = (sums + 8.0) / 16.0
-        return rounded.astype(np.uint8 if mosaic.dtype == np.uint8 else np.uint16)
+        return rounded.astype(np.uint8) if mosaic.dtype == np.uint8 else rounded.astype(np.uint16)
 
     return grey
 
