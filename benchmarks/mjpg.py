@@ -92,10 +92,8 @@ def campaign(damages: int, seed: int) -> dict[str, Counter[str]]:
         place = number % len(KINDS)
         data = damaged(good[place], random)
         grey = decoded(data, cv2.IMREAD_GRAYSCALE)
-        if grey.shape != greys[place].shape:
-            changed = 1.0
-        else:
-            changed = float(np.mean(grey != greys[place]))
+        is_read = grey.shape == greys[place].shape
+        changed = float(np.mean(grey != greys[place])) if is_read else 1.0
         refused = is_refused(data)
         counts = tally[KINDS[place][0]]
         if changed > COUNTS_FROM:
