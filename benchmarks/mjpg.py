@@ -66,6 +66,12 @@ def is_refused(data: Picture) -> bool:
     return False
 
 
+def decoded(data: Picture, flag: int) -> Picture:
+    """Return what the decoder makes of it, concealing what it can; empty where it gives up."""
+    image = cv2.imdecode(data, flag)
+    return np.zeros((0, 0), np.uint8) if image is None else np.asarray(image, np.uint8)
+
+
 def damaged(data: Picture, random: np.random.Generator) -> Picture:
     """Return a copy with random bytes somewhere."""
     count = int(random.integers(1, MOST_BYTES + 1))
@@ -80,23 +86,21 @@ def campaign(damages: int, seed: int) -> dict[str, Counter[str]]:
     random = np.random.default_rng(seed)
     tally = {kind[0]: Counter[str]() for kind in KINDS}
     good = [coded(scene(seed + place), *kind[1:]) for place, kind in enumerate(KINDS)]
-    colours = [cv2.imdecode(data, cv2.IMREAD_COLOR) for data in good]
-    greys = [cv2.imdecode(data, cv2.IMREAD_GRAYSCALE) for data in good]
+    colours = [decoded(data, cv2.IMREAD_COLOR) for data in good]
+    greys = [decoded(data, cv2.IMREAD_GRAYSCALE) for data in good]
     for number in range(damages):
         place = number % len(KINDS)
         data = damaged(good[place], random)
-        grey = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
-        if grey is None or grey.shape != greys[place].shape:
-            changed = 1.0
-        else:
-            changed = float(np.mean(grey != greys[place]))
+        grey = decoded(data, cv2.IMREAD_GRAYSCALE)
+        is_read = grey.shape == greys[place].shape
+        changed = float(np.mean(grey != greys[place])) if is_read else 1.0
         refused = is_refused(data)
         counts = tally[KINDS[place][0]]
         if changed > COUNTS_FROM:
             counts["counting"] += 1
             counts["noticed"] += refused
         elif refused and changed == 0.0:
-            colour = cv2.imdecode(data, cv2.IMREAD_COLOR)
+            colour = decoded(data, cv2.IMREAD_COLOR)
             counts["harmless refused"] += bool(np.array_equal(colour, colours[place]))
     return tally
 

@@ -56,7 +56,7 @@ def shifted_from(
 
 @kernel()
 def _shift(
-    steps: NDArray[np.float32], above: NDArray[np.float32], is_by_row: bool
+    steps: NDArray[np.floating], above: NDArray[np.floating], is_by_row: bool
 ) -> tuple[int, int]:
     rows, across = steps.shape
     border = max(3, int(_LEAST_SHARE * across))

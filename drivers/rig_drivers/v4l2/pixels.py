@@ -55,7 +55,7 @@ def _grey10_packed(data: Bytes, width_px: int, height_px: int, stride: int) -> G
     packed = _rows(data, 5 * groups, height_px, stride).reshape(height_px, groups, 5)
     high = packed[..., :4].astype(np.uint16) << 2
     low = packed[..., 4:] >> np.array([0, 2, 4, 6], np.uint8) & 3
-    return np.ascontiguousarray((high | low).reshape(height_px, -1)[:, :width_px])
+    return (high | low).astype(np.uint16).reshape(height_px, -1)[:, :width_px].copy()
 
 
 def _grey12_packed(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
@@ -64,7 +64,7 @@ def _grey12_packed(data: Bytes, width_px: int, height_px: int, stride: int) -> G
     packed = _rows(data, 3 * groups, height_px, stride).reshape(height_px, groups, 3)
     high = packed[..., :2].astype(np.uint16) << 4
     low = packed[..., 2:] >> np.array([0, 4], np.uint8) & 15
-    return np.ascontiguousarray((high | low).reshape(height_px, -1)[:, :width_px])
+    return (high | low).astype(np.uint16).reshape(height_px, -1)[:, :width_px].copy()
 
 
 def _of_bayer(decode: Decoder) -> Decoder:
@@ -84,7 +84,8 @@ def _of_bayer(decode: Decoder) -> Decoder:
         sums = cv2.sepFilter2D(  # mirrored at the border pixel: the colours stay in order
             mosaic, cv2.CV_32F, weights, weights, borderType=cv2.BORDER_REFLECT_101
         )
-        return ((sums + 8.0) / 16.0).astype(mosaic.dtype)
+        rounded = (sums + 8.0) / 16.0
+        return rounded.astype(np.uint8) if mosaic.dtype == np.uint8 else rounded.astype(np.uint16)
 
     return grey
 

@@ -23,6 +23,12 @@ def picture(kind: int = 0, seed: int = 5) -> np.ndarray:
     return coded(scene(seed), *KINDS[kind][1:])
 
 
+def decoded(data: np.ndarray) -> np.ndarray:
+    image = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
+    assert image is not None
+    return image
+
+
 def read(data: np.ndarray) -> np.ndarray:
     return grey_of_jpeg(data, width_px=WIDTH_PX, height_px=HEIGHT_PX)
 
@@ -30,7 +36,7 @@ def read(data: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("kind", range(len(KINDS)))
 def test_a_whole_picture_is_what_the_decoder_makes_of_it(kind: int):
     data = picture(kind)
-    assert np.array_equal(read(data), cv2.imdecode(data, cv2.IMREAD_GRAYSCALE))
+    assert np.array_equal(read(data), decoded(data))
     assert walk_scan(data, read_header(data.tobytes())) == data.size - 2
 
 
@@ -131,7 +137,7 @@ def test_a_restart_marker_out_of_turn_is_damage():
 
 
 def shifted(unit: int, step: float, by_row: bool = False) -> np.ndarray:
-    image = cv2.imdecode(picture(1), cv2.IMREAD_GRAYSCALE).astype(np.float64)
+    image = decoded(picture(1)).astype(np.float64)
     row, column = divmod(unit, 40)
     image = 60.0 + 0.5 * image
     image[8 * row : 8 * row + 8, 16 * column :] += step
@@ -163,7 +169,7 @@ def test_a_short_restart_interval_hides_no_shift():
 
 def test_a_picture_that_looks_shifted_is_dropped_once_and_then_the_scene():
     good = picture(1)
-    doubtful = coded(cv2.cvtColor(shifted(217, 12.0), cv2.COLOR_GRAY2BGR), *KINDS[1][1:])
+    doubtful = coded(np.dstack([shifted(217, 12.0)] * 3), *KINDS[1][1:])
     with pytest.raises(ShiftedPictureError, match="brightness jumps at unit"):
         read(doubtful)
     device = FakeDevice(
