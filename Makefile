@@ -35,7 +35,7 @@ demo: $(DEMO_READY) ## Sweep the simulated rig, then measure depth with it
 	@echo "report:     $$(ls -td $(DEMO)/frames/sim/*/report.html | head -1)"
 	@echo "depth maps: $(DEMO)/depth (last_frame.png is a picture to look at)"
 
-test: $(READY) ## Run the quick tests (under three minutes)
+test: $(READY) ## Run the quick tests (about four minutes on two cores)
 	@$(PYTEST) -m "not slow"
 
 test-all: $(READY) ## Run every test
