@@ -37,10 +37,10 @@ def pictures(
 @settings(max_examples=15, deadline=None)
 @given(electrons=st.floats(5.0, 100.0), read=st.floats(0.3, 3.0), seed=st.integers(0, 99))
 def test_gain_and_read_noise_are_those_of_the_pictures(electrons: float, read: float, seed: int):
-    found = photon_transfer(pictures(electrons, read, seed=seed), 255.0)
+    # Sixteen pictures leave the gain unsure by 5 % where read noise is most of it.
+    found = photon_transfer(pictures(electrons, read, seed=seed, count=96), 255.0)
     assert found is not None
-    # So few pictures tell the gain to some per cent; one draw of many is 10 % off.
-    assert found.electrons_per_level == pytest.approx(electrons, rel=0.15)
+    assert found.electrons_per_level == pytest.approx(electrons, rel=0.1)
     assert found.sigma_levels(100.0) == pytest.approx(
         np.sqrt(read**2 + 1 / 12 + 100.0 / electrons), rel=0.03
     )
