@@ -11,13 +11,13 @@ from rig.errors import (
     DeviceError,
     DeviceLostError,
     StageAlarmError,
-    StageLimitError,
     StagePositionError,
     StageTimeoutError,
 )
 from rig.profile import CommandStageConfig
 from rig_drivers.command.answer import Answer, NoAnswerError, read_answer
 from rig_drivers.command.program import Program, Running
+from rig_drivers.stage.travel import check_inside
 
 SLICE_S = 0.05
 """Longest wait before somebody who wants to stop the stage is heard."""
@@ -106,11 +106,7 @@ class CommandStage:
         Raises:
             ConfigError: the profile forbids moving.
         """
-        near_mm, far_mm = self._config.travel_mm
-        if not near_mm <= position_mm <= far_mm:
-            raise StageLimitError(
-                self._name, wanted_mm=position_mm, travel_mm=self._config.travel_mm
-            )
+        check_inside(self._config.travel_mm, position_mm, device=self._name)
         self._check_may_move(f"asked for {position_mm:.3f} mm")
         with self._lock:
             begun_at, deadline_s = self._stops, self._clock.now_s() + timeout_s

@@ -11,11 +11,11 @@ from rig.errors import (
     ConfigError,
     DeviceLostError,
     StageAlarmError,
-    StageLimitError,
     StageTimeoutError,
 )
 from rig.profile import ManualStageConfig
 from rig_drivers.manual.terminal import Person
+from rig_drivers.stage.travel import check_inside
 
 SLICE_S = 0.2
 """Longest wait before somebody who wants to stop is heard."""
@@ -107,11 +107,7 @@ class ManualStage:
         Raises:
             ConfigError: the profile forbids moving.
         """
-        near_mm, far_mm = self._config.travel_mm
-        if not near_mm <= position_mm <= far_mm:
-            raise StageLimitError(
-                self._name, wanted_mm=position_mm, travel_mm=self._config.travel_mm
-            )
+        check_inside(self._config.travel_mm, position_mm, device=self._name)
         self._check_may_move(f"asked for {position_mm:.1f} mm")
         with self._lock:
             if self.position_mm == position_mm:

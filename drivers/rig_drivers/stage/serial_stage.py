@@ -11,14 +11,13 @@ from rig.errors import (
     DeviceError,
     DeviceLostError,
     StageAlarmError,
-    StageLimitError,
     StageTimeoutError,
     every_advice,
 )
 from rig.profile import SerialStageConfig
 from rig_drivers.stage.controller import Controller
 from rig_drivers.stage.serial_line import SerialLine
-from rig_drivers.stage.travel import check_reached, distance_mm, machine_mm
+from rig_drivers.stage.travel import check_inside, check_reached, distance_mm, machine_mm
 
 READING_TIMEOUT_S = 3.0
 """Longest wait for the position of a stage that should stand."""
@@ -143,11 +142,7 @@ class SerialStage:
         Raises:
             ConfigError: the profile forbids moving.
         """
-        near_mm, far_mm = self._config.travel_mm
-        if not near_mm <= position_mm <= far_mm:
-            raise StageLimitError(
-                self._name, wanted_mm=position_mm, travel_mm=self._config.travel_mm
-            )
+        check_inside(self._config.travel_mm, position_mm, device=self._name)
         what = f"asked for {position_mm:.3f} mm within {timeout_s:.1f} s"
         self._check_may_move(what)
         with self._lock:

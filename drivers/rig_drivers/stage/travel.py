@@ -2,7 +2,7 @@
 
 import math
 
-from rig.errors import ConfigError, StagePositionError
+from rig.errors import ConfigError, StageLimitError, StagePositionError
 from rig.profile import SerialStageConfig
 
 SLACK_MM = 1e-6
@@ -63,6 +63,16 @@ def check_travel(
             f"{setting} allows {ends_mm[0]:.1f}..{ends_mm[1]:.1f} mm",
             advice="shorten the travel or correct distance_at_machine_zero_mm",
         )
+
+
+def check_inside(travel_mm: tuple[float, float], wanted_mm: float, *, device: str) -> None:
+    """Refuse a distance outside the travel, before anything moves.
+
+    Raises:
+        StageLimitError: it is outside.
+    """
+    if not travel_mm[0] <= wanted_mm <= travel_mm[1]:
+        raise StageLimitError(device, wanted_mm=wanted_mm, travel_mm=travel_mm)
 
 
 def check_reached(
