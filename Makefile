@@ -4,6 +4,8 @@ BIN := .venv/bin
 READY := .venv/.ready
 DEMO_READY := .venv/.demo-ready
 DEMO := demo
+# Compiled modules are kept: without them every test that starts a program compiles rig again.
+unexport PYTHONDONTWRITEBYTECODE
 WORKERS ?= 2
 SEED ?= 1
 PYTEST := $(BIN)/python -m pytest -q -n $(WORKERS) --dist loadgroup --no-loadscope-reorder
@@ -35,7 +37,7 @@ demo: $(DEMO_READY) ## Sweep the simulated rig, then measure depth with it
 	@echo "report:     $$(ls -td $(DEMO)/frames/sim/*/report.html | head -1)"
 	@echo "depth maps: $(DEMO)/depth (last_frame.png is a picture to look at)"
 
-test: $(READY) ## Run the quick tests (about four minutes on two cores)
+test: $(READY) ## Run the quick tests (about three minutes on two cores)
 	@$(PYTEST) -m "not slow"
 
 test-all: $(READY) ## Run every test

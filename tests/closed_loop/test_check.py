@@ -177,6 +177,7 @@ def test_a_stage_or_board_that_is_not_good_enough_is_told(
     assert items["camera"].status == items["board"].status == "pass"
 
 
+@pytest.mark.slow
 def test_a_good_rig_passes_and_its_numbers_are_those_of_the_world(database: str):
     items = check(curve=RunCurve(7, true_curve(), sweep_id=5), database=database)
     assert {item.name for item in items.values() if item.status == "fail"} == set()

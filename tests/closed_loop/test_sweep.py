@@ -22,6 +22,7 @@ FIVE = ("--at-mm", "400,500,650,900,1200", "--samples", "1")
 NO_HOLDOUT = ("--set", "sweep.holdout_every=0", "--set", "sweep.backward_every=0")
 
 
+@pytest.mark.slow
 def test_a_sweep_gives_a_curve_that_a_fit_repeats_to_the_last_digit(rig: Command):
     swept = rig("sweep", "sim", *as_options(), *FIVE, *NO_HOLDOUT, "--json")
     assert swept.code == 3  # without held-out distances nobody knows the depth error

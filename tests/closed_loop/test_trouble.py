@@ -155,6 +155,7 @@ def over(protocol: str, profile: Profile) -> Profile:
     return profile.model_copy(update={"stage": other})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", [Silence, HangUp, BrownOut])
 @pytest.mark.parametrize(
     ("protocol", "after_bytes"),

@@ -145,6 +145,7 @@ def drawn(rng: np.random.Generator, place: tuple[float, float], sigma: PriorSigm
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "places", [PAIR, pytest.param(CROSS, marks=pytest.mark.slow)], ids=["pair", "cross"]
 )

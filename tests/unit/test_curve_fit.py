@@ -47,6 +47,7 @@ def test_every_model_shows_its_residuals(physical_fit: CurveFit) -> None:
         assert candidate.cv_rms_pct > 0
 
 
+@pytest.mark.slow
 def test_noise_alone_rarely_buys_a_curvature() -> None:
     models = ("physical", "physical-curved")
     distances_mm = np.linspace(400.0, 1200.0, 11)
@@ -65,6 +66,7 @@ def test_a_distorted_rig_gets_the_curvature() -> None:
     assert np.abs(fit.best.depth_mm(slopes_px) / unseen_mm - 1).max() < 5e-4
 
 
+@pytest.mark.slow
 def test_a_wavy_rig_gets_the_spline() -> None:
     fit = fit_curve(noisy_sweep(wavy_px, np.linspace(400.0, 1200.0, 25), seed=3))
     assert fit.best.model == "spline"
@@ -90,6 +92,7 @@ def test_order_of_points_does_not_matter() -> None:
     assert fit_curve(points, models=models) == fit_curve(shuffled, models=models)
 
 
+@pytest.mark.slow
 def test_held_out_stops_enter_neither_fit_nor_choice() -> None:
     points = noisy_sweep(seed=6)
     spoiled = [
@@ -104,6 +107,7 @@ def test_held_out_stops_enter_neither_fit_nor_choice() -> None:
     assert other.holdout.rms_px > 10 * clean.holdout.rms_px
 
 
+@pytest.mark.slow
 def test_sigma_covers_the_truth_as_often_as_it_says() -> None:
     unseen_mm = np.array([450.0, 700.0, 1150.0])
     slopes_px = np.array([physical_px(z) for z in unseen_mm])

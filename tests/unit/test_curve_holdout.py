@@ -63,6 +63,7 @@ def test_expanded_error_at_a_distance(fit: CurveFit) -> None:
     assert error.expanded_mm == pytest.approx(float(expected_mm[0]), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_twice_the_error_covers_new_stops_as_often_as_k_2_promises() -> None:
     inside = []
     for seed in range(80):

@@ -4,6 +4,7 @@ import ast
 import inspect
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -46,6 +47,17 @@ LIMITS = {"warn_above", "fail_above"}
 FORBIDDEN_NAMES = {"utils", "helpers", "common", "manager", "base", "misc"}
 
 
+@cache
+def nodes(path: Path) -> tuple[ast.AST, ...]:
+    """All nodes of a module, parsed once for all rules."""
+    return tuple(ast.walk(ast.parse(path.read_text())))
+
+
+@cache
+def words_of_tests() -> str:
+    return "\n".join(path.read_text() for path in (ROOT / "tests").rglob("*.py"))
+
+
 def error_classes() -> list[type[errors.RigError]]:
     found: list[type[errors.RigError]] = []
     todo: list[type[errors.RigError]] = [errors.RigError]
@@ -62,7 +74,7 @@ def test_every_error_is_in_the_drawn_tree_and_raised_by_a_test(error: type[error
     if error in (errors.RigError, errors.DeviceError):
         return  # families: their members are raised
     raised = re.compile(rf"raises\(\s*\(?[^)]*\b{error.__name__}\b")
-    assert any(raised.search(path.read_text()) for path in (ROOT / "tests").rglob("*.py"))
+    assert raised.search(words_of_tests())
 
 
 NO_ADVICE = {
@@ -74,6 +86,7 @@ NO_ADVICE = {
 """Where an error is made without advice, and why."""
 
 
+@cache
 def needs_advice(name: str) -> bool:
     """Whether it is an error of ours that says what to do only if it is told."""
     kind = getattr(errors, name, None)
@@ -85,9 +98,8 @@ def needs_advice(name: str) -> bool:
 
 def without_advice(path: Path) -> Iterator[str]:
     """Yield the functions that make an error which does not say what to do."""
-    tree = ast.parse(path.read_text())
     where = path.relative_to(ROOT).as_posix()
-    for function in (n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)):
+    for function in (n for n in nodes(path) if isinstance(n, ast.FunctionDef)):
         for call in (n for n in ast.walk(function) if isinstance(n, ast.Call)):
             if isinstance(call.func, ast.Name) and needs_advice(call.func.id):
                 advice = [word.value for word in call.keywords if word.arg == "advice"]
@@ -112,14 +124,15 @@ CUTS = {"partition", "rpartition", "split", "rsplit", "removeprefix", "removesuf
 
 def cuts_of_texts(path: Path) -> Iterator[int]:
     """Yield lines that cut the text of a value, or any text at the mark before the advice."""
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in nodes(path):
         if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)):
             continue
         if node.func.attr not in CUTS or not node.args:
             continue
-        mark, text = ast.unparse(node.args[0]), node.func.value
+        first, text = node.args[0], node.func.value
+        mark = first.value if isinstance(first, ast.Constant) else None
         is_str = isinstance(text, ast.Call) and ast.unparse(text.func) == "str"
-        if mark == "'; '" or (is_str and mark != repr("\n")):
+        if mark == "; " or (is_str and mark != "\n"):
             yield node.lineno
 
 
@@ -130,7 +143,7 @@ def test_no_code_cuts_the_text_of_an_error():
 
 
 def float_parameters(path: Path) -> Iterator[str]:
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in nodes(path):
         if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
             for argument in [*node.args.args, *node.args.kwonlyargs]:
                 kind = argument.annotation

@@ -2,12 +2,11 @@
 
 import ast
 import re
-from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = [*sorted((ROOT / "tests").rglob("*.py")), *sorted((ROOT / "rig/testing").rglob("*.py"))]
-TREES = {path.relative_to(ROOT).as_posix(): ast.parse(path.read_text()) for path in FILES}
 JUDGES = {"raises", "warns", "fail"}
 """Calls that fail a test by themselves, beside those whose name begins with `assert_`."""
 WORDS = re.compile(r"_(says?|names?|named|tells?|told)(_|$)")
@@ -39,34 +38,56 @@ def name_of(call: ast.Call) -> str:
             return ""
 
 
-def functions(tree: ast.AST) -> Iterator[ast.FunctionDef]:
-    return (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
+@cache
+def trees() -> dict[str, ast.Module]:
+    """All tests, parsed when the first of these tests runs: collecting must cost nothing."""
+    return {path.relative_to(ROOT).as_posix(): ast.parse(path.read_text()) for path in FILES}
 
 
-def judging_helpers() -> set[str]:
+@cache
+def judgements(function: ast.FunctionDef) -> frozenset[ast.AST]:
+    """Return what may fail in a function by itself: assertions, and calls that judge."""
+    return frozenset(
+        node
+        for node in ast.walk(function)
+        if isinstance(node, ast.Assert) or (isinstance(node, ast.Call) and judges(name_of(node)))
+    )
+
+
+def judges(name: str) -> bool:
+    return name in JUDGES or name.startswith("assert_")
+
+
+@cache
+def plain_calls(function: ast.FunctionDef) -> dict[ast.AST, str]:
+    """Return the calls of plain names in a function, each with the name."""
+    calls = (node for node in ast.walk(function) if isinstance(node, ast.Call))
+    return {call: call.func.id for call in calls if isinstance(call.func, ast.Name)}
+
+
+@cache
+def judging_helpers() -> frozenset[str]:
     """Plain functions beside the tests that assert something, or call one that does."""
     plain = [
         function
-        for tree in TREES.values()
-        for function in getattr(tree, "body", [])
+        for tree in trees().values()
+        for function in tree.body
         if isinstance(function, ast.FunctionDef)
         and not function.name.startswith("test_")
         and not any("fixture" in ast.unparse(one) for one in function.decorator_list)
     ]
-    known: set[str] = set()
-    while new := {one.name for one in plain if any(judgements(one, known))} - known:
+    known = {one.name for one in plain if judgements(one)}
+    while (
+        new := {one.name for one in plain if known.intersection(plain_calls(one).values())} - known
+    ):
         known |= new
-    return known
+    return frozenset(known)
 
 
-def judgements(function: ast.FunctionDef, helpers: set[str]) -> Iterator[ast.AST]:
-    for node in ast.walk(function):
-        if isinstance(node, ast.Assert):
-            yield node
-        elif isinstance(node, ast.Call):
-            name, is_plain = name_of(node), isinstance(node.func, ast.Name)
-            if name in JUDGES or name.startswith("assert_") or (is_plain and name in helpers):
-                yield node
+def all_judgements(function: ast.FunctionDef) -> set[ast.AST]:
+    helpers = judging_helpers()
+    calls = plain_calls(function).items()
+    return judgements(function) | {call for call, name in calls if name in helpers}
 
 
 def conditional(function: ast.FunctionDef) -> set[ast.AST]:
@@ -93,27 +114,28 @@ def looks_at_words(function: ast.FunctionDef) -> bool:
     )
 
 
-HELPERS = judging_helpers()
-TESTS = {
-    f"{path}::{function.name}": function
-    for path, tree in TREES.items()
-    for function in functions(tree)
-    if function.name.startswith("test_")
-}
+@cache
+def all_tests() -> dict[str, ast.FunctionDef]:
+    return {
+        f"{path}::{node.name}": node
+        for path, tree in trees().items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")
+    }
 
 
 def test_every_test_asserts_something():
-    silent = {name for name, test in TESTS.items() if not any(judgements(test, HELPERS))}
+    silent = {name for name, test in all_tests().items() if not all_judgements(test)}
     assert {name.rpartition("::")[2] for name in silent} == set(SILENT)
 
 
 def test_no_test_asserts_only_under_a_condition():
-    made = {name: set(judgements(test, HELPERS)) for name, test in TESTS.items()}
-    never = {name for name, some in made.items() if some and some <= conditional(TESTS[name])}
+    made = {name: all_judgements(test) for name, test in all_tests().items()}
+    never = {name for name, some in made.items() if some and some <= conditional(all_tests()[name])}
     assert {name.rpartition("::")[2] for name in never} == set(CONDITIONAL)
 
 
 def test_a_test_that_promises_words_reads_them():
-    promised = {name: test for name, test in TESTS.items() if WORDS.search(test.name)}
+    promised = {name: test for name, test in all_tests().items() if WORDS.search(test.name)}
     assert len(promised) > 100
     assert [name for name, test in promised.items() if not looks_at_words(test)] == []

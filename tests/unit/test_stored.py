@@ -128,6 +128,7 @@ def test_a_capture_opens_the_database_once_and_its_verb_only_prints(
     assert answer.json["valid_mm"] == stored.curve["valid_mm"]
 
 
+@pytest.mark.slow
 def test_a_capture_by_a_calibration_alone_says_so(rig: Command, shelf: Path, tmp_path: Path):
     with open_store(sqlite_url(tmp_path / "other")) as store:
         number = calibrated(store, active=True)
@@ -148,6 +149,7 @@ def test_a_capture_by_a_calibration_alone_says_so(rig: Command, shelf: Path, tmp
     assert slopes.json["curve"] is None
 
 
+@pytest.mark.slow
 def test_a_check_opens_the_database_once_and_its_verb_only_prints(
     rig: Command, shelf: Path, tmp_path: Path
 ):
@@ -161,6 +163,7 @@ def test_a_check_opens_the_database_once_and_its_verb_only_prints(
     assert verbs == ["load_profile", "__init__", "worst"]
 
 
+@pytest.mark.slow
 def test_an_export_opens_the_database_once_and_its_verb_only_prints(rig: Command, tmp_path: Path):
     store, _ = stored_sweep(tmp_path)
     with store:

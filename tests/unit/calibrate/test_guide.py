@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
+import pytest
 from rig_sim.clock import VirtualClock
 
 from rig.calibrate.coverage import coverage_of
@@ -105,6 +106,7 @@ class Shown:
         return MultiView((Frame("left", image, float(self._next), self._next),))
 
 
+@pytest.mark.slow
 def test_a_picture_is_kept_when_the_target_rests_where_it_has_not_been():
     here = BoardScene(distance_mm=700.0)
     there = here.with_changes(offset_mm=(60.0, 0.0))

@@ -314,6 +314,7 @@ def test_a_replay_goes_on_whose_profile_is_edited_and_whose_file_is_removed(tmp_
     assert (summary.dropped, told) == ({"skew": 0}, [])
 
 
+@pytest.mark.slow
 def test_a_curve_that_is_replaced_meanwhile_is_told_and_the_run_keeps_its_own(tmp_path: Path):
     store, result = stored_sweep(tmp_path)
     profile = load_profile("sim", [*BENCH, "quality.valid_share_pct=0"])

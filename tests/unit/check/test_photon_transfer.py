@@ -34,6 +34,7 @@ def pictures(
     return np.clip(np.rint(levels * scale), 0, 2**bits - 1).astype(kind)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(electrons=st.floats(5.0, 100.0), read=st.floats(0.3, 3.0), seed=st.integers(0, 99))
 def test_gain_and_read_noise_are_those_of_the_pictures(electrons: float, read: float, seed: int):

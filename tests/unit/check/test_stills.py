@@ -75,6 +75,7 @@ def at_x(x_mm: float) -> NDArray[np.uint8]:
     return SCENE.with_changes(offset_mm=(x_mm, 0.0)).clean().astype(np.uint8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("samples", "moved"), [(1, None), (2, 1), (3, 2), (9, 3)])
 def test_motion_counts_from_the_first_to_the_last_picture_of_a_stop(
     samples: int, moved: int | None

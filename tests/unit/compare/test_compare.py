@@ -87,6 +87,7 @@ def compared(profile_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[s
     return Compared(numbers, capsys.readouterr().out, (out / "compare.html").read_text())
 
 
+@pytest.mark.slow
 def test_slopes_of_stored_pictures_are_compared(compared: Compared):
     numbers = compared.numbers
     assert json.loads(compared.printed) == numbers

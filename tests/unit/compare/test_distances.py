@@ -27,6 +27,7 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Store, Pat
         yield store, folder
 
 
+@pytest.mark.slow
 def test_the_board_of_a_sweep_is_measured_once_at_each_distance(store: tuple[Store, Path]):
     sweep = store[0]
     curve = Curve.from_json(sweep.curve(1).curve)

@@ -220,6 +220,7 @@ def test_a_folder_with_odd_signs_is_no_obstacle(tmp_path: Path) -> None:
         assert new_sweep(store) == 1
 
 
+@pytest.mark.slow
 def test_a_current_database_opens_without_the_migration_tool(tmp_path: Path) -> None:
     open_store(sqlite_url(tmp_path)).close()
     program = (

@@ -143,6 +143,7 @@ def test_a_controller_that_looks_for_its_network_is_waited_for(connecting_s: flo
             assert b"\x18" not in scripted(bench).sent
 
 
+@pytest.mark.slow
 def test_a_controller_that_never_ends_booting_is_given_up() -> None:
     firmware = firmware_with(grbl_dialect="fluidnc", connecting_s=1000.0)
     with simulated_bench(firmware=firmware) as bench:

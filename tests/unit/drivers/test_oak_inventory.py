@@ -78,6 +78,7 @@ def test_any_answer_is_a_list_or_an_error_of_ours(text: str):
         assert isinstance(answer, list)
 
 
+@pytest.mark.slow
 @given(
     answer=st.recursive(
         st.none() | st.booleans() | st.integers() | st.text(),

@@ -62,7 +62,12 @@ def test_without_noise_the_plane_is_exact(tilt_deg: tuple[float, float, float]):
 
 
 @pytest.mark.parametrize(
-    ("blur_px", "noise", "times"), [(0.9, 1.0, 1.1), (0.9, 5.0, 1.1), (0.6, 2.0, 1.5)]
+    ("blur_px", "noise", "times"),
+    [
+        (0.9, 1.0, 1.1),
+        pytest.param(0.9, 5.0, 1.1, marks=pytest.mark.slow),
+        pytest.param(0.6, 2.0, 1.5, marks=pytest.mark.slow),
+    ],
 )
 def test_error_is_near_the_bound_and_sigma_tells_it(blur_px: float, noise: float, times: float):
     scene = SMALL.with_changes(blur_px=blur_px, tilt_deg=(15.0, 20.0, 10.0))

@@ -56,6 +56,7 @@ def scatter_over_sigma(fits: list[BoardSlope]) -> float:
     return float(np.std([fit.slope_px for fit in fits]) / np.mean([fit.sigma_px for fit in fits]))
 
 
+@pytest.mark.slow
 def test_light_that_changes_across_the_board_neither_pulls_the_slope_nor_widens_sigma(
     clean: list[Grey],
 ):
@@ -73,12 +74,14 @@ def test_without_noise_differing_vignettes_leave_hardly_any_residual(clean: list
     assert fit.residual < 1.2 * fit_of(np.stack(clean)).residual
 
 
+@pytest.mark.slow
 def test_one_view_out_of_focus_does_not_widen_sigma(sharp: list[Grey], clean: list[Grey]):
     defocused = [*clean]
     defocused[1] = blurred(sharp[1], 1.6)
     assert scatter_over_sigma(fits_of(defocused)) == pytest.approx(1.0, abs=0.35)
 
 
+@pytest.mark.slow
 def test_noise_that_a_median_has_correlated_is_told(clean: list[Grey]):
     rng = np.random.default_rng(6)
     fits = [
@@ -102,6 +105,7 @@ def test_an_asymmetric_lens_in_one_view_is_measured_and_widens_both_sigmas(clean
         assert abs(fit.corner_slope_px - TRUE_PX) < 1.5 * fit.corner_sigma_px
 
 
+@pytest.mark.slow
 def test_symmetric_blur_that_differs_is_no_asymmetry(sharp: list[Grey], clean: list[Grey]):
     views = [*clean]
     views[2] = blurred(sharp[2], 1.2)
@@ -110,6 +114,7 @@ def test_symmetric_blur_that_differs_is_no_asymmetry(sharp: list[Grey], clean: l
     assert np.mean([abs(fit.asymmetry_px) for fit in fits]) < 3e-4
 
 
+@pytest.mark.slow
 def test_what_interpolation_does_to_a_board_that_faces_the_views_is_told():
     """Every edge is at the same fraction of a pixel from its copies: nothing averages out."""
     facing = SCENE.with_changes(tilt_deg=(0.0, 0.0, 3.0))

@@ -124,6 +124,7 @@ def test_stitching_takes_no_answered_slope_of_a_pair_to_another_surface() -> Non
     assert np.concatenate(wrong).mean() < 0.0011
 
 
+@pytest.mark.slow
 def test_a_pair_too_large_for_one_search_is_searched_at_half_size_and_told_as_well() -> None:
     rows, columns = np.mgrid[0:400, 0:700].astype(float)
     texture = noise_texture(4, mean=120.0, contrast=28.0, finest_px=3.0)

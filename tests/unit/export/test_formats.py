@@ -91,6 +91,7 @@ def test_another_order_and_reference_is_the_same_rig() -> None:
         aligned(one, ("a", "b", "c"), "a")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "lens"), [("kalibr", "brown8"), ("mrcal", "fisheye")])
 def test_a_lens_that_does_not_fit_is_refused_or_fitted_with_its_error(
     tmp_path: Path, name: str, lens: LensModel

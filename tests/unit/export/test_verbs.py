@@ -126,6 +126,7 @@ def test_mistakes_are_usage_errors(rig: Command) -> None:
     assert "calibration 7" in missing.err
 
 
+@pytest.mark.slow
 def test_the_samples_of_a_sweep_become_tables(rig: Command, tmp_path: Path) -> None:
     store, result = stored_sweep(tmp_path)
     sweep_id, stored = result.sweep_id, store.samples(result.sweep_id)

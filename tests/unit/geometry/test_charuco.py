@@ -240,6 +240,7 @@ def test_boards_and_bits_are_those_of_opencv(name: str):
             assert where == pytest.approx(first, abs=1e-6)
 
 
+@pytest.mark.slow
 @given(
     period=st.integers(5, 60),
     fill=st.floats(0.2, 0.8),

@@ -42,6 +42,7 @@ def flip(sighting: Sighting) -> Sighting:
     )
 
 
+@pytest.mark.slow
 def test_turns_are_found_from_what_the_views_have_in_common():
     random = np.random.default_rng(3)
     truth = sightings(random.uniform(-35, 35, (9, 3)))

@@ -81,6 +81,7 @@ def captured(row_errors: RowErrors | None, *, misses: bool) -> list[DepthFrame]:
         return list(camera)
 
 
+@pytest.mark.slow
 def test_a_curve_made_without_mending_is_refused_where_rows_miss():
     with pytest.raises(
         CurveError,
@@ -133,6 +134,7 @@ def test_a_comparison_refuses_the_same_curves():
         compare_frames(run(None), [frames(misses=True)])
 
 
+@pytest.mark.slow
 def test_matchers_get_the_rows_that_ours_gets():
     slopes_only = replace(run(None), curve=None)
     bent = compare_frames(slopes_only, [frames(misses=True)])

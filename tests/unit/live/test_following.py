@@ -101,6 +101,7 @@ def multiview(profile: Profile, surfaces: list[Surface], number: int) -> MultiVi
     )
 
 
+@pytest.mark.slow
 def test_a_still_scene_stays_right_and_a_jump_is_right_again_in_the_second_frame():
     profile = load_profile("sim", ["slopes.range_px=[-8.0, 12.0]"])
     before, after = scene(-4.0, 6.0, left=True), scene(-2.0, 8.0, left=False)

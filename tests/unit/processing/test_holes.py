@@ -94,6 +94,7 @@ MAPS = arrays(
 )
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(values=MAPS, largest_px=st.integers(1, 5))
 def test_answered_pixels_are_never_touched(values: NDArray[np.float32], largest_px: int):

@@ -34,6 +34,7 @@ def test_a_shown_profile_is_saved_and_used(
 scalars = st.booleans() | st.integers(-(2**63), 2**63 - 1) | st.text(max_size=12)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=200)
 @given(
     st.text(st.characters(codec="utf-8"), max_size=20),

@@ -18,6 +18,7 @@ from tests.support.recordings import VIEWS, taken, time_ns
 OURS = tracemalloc.Filter(inclusive=True, filename_pattern="*/rig/recording/*")
 
 
+@pytest.mark.slow
 def test_memory_stays_flat_and_the_index_is_whole(tmp_path: Path):
     path, many = tmp_path / "r.mcap", 800
     image = np.zeros((4, 4), np.uint8)

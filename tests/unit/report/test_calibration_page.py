@@ -15,7 +15,7 @@ from rig.report.write import write_calibration_page
 from tests.support.calibration_scene import HEIGHT, WIDTH, flat_board_mm, random_scene
 from tests.unit.report.test_write import Page, header, section
 
-pytestmark = pytest.mark.xdist_group("calibration page")
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("calibration page")]
 
 NAMES = ("centre", "right", "below")
 PICTURES = 12
@@ -43,6 +43,7 @@ def page_of(path: Path, shown: ShownCalibration) -> str:
     return write_calibration_page(path, shown).read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_page_shows_every_picture_an_engineer_knows(html: str) -> None:
     page = Page(html)
     assert len(page.ids) == len(set(page.ids))

@@ -137,6 +137,7 @@ def test_a_temperature_is_drawn_only_where_it_varies(good: Reported, bad: Report
     )
 
 
+@pytest.mark.slow
 def test_the_same_sweep_gives_the_same_bytes(least: Reported) -> None:
     again = write_report(least.store, least.result)
     assert again.read_text(encoding="utf-8") == least.html

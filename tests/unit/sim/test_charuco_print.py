@@ -26,6 +26,7 @@ def a_board(**changes: object) -> CharucoConfig:
     )
 
 
+@pytest.mark.slow
 def test_a_sweep_measures_a_charuco_board_as_it_does_a_checkerboard():
     rig = SmallRig(CHARUCO, slide=Slide(-603.0))
     with rig.camera() as camera:

@@ -14,6 +14,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from rig.errors import ConfigError, StoreError
 from rig.view.actions import Actions, Recording, Refusal
+from rig.view.client import IN_FLIGHT
 from rig.view.message import PlainMessage
 from rig.view.notices import Notices
 from rig.view.server import MOST_PAGES, ViewServer
@@ -196,6 +197,7 @@ def test_a_killed_page_changes_nothing(server: Server, told: Told):
         ('{"do": "format"}', 1008, "do: Input should be"),
         ("x" * 5000, 1009, "sent more than 2048 bytes: closed"),
     ],
+    ids=["a word", "bytes", "no such command", "too much"],
 )
 def test_rubbish_closes_its_page_alone(
     server: Server, told: Told, rubbish: str | bytes, code: int, part: str
@@ -265,13 +267,13 @@ def test_the_last_message_comes_before_the_end(told: Told):
         server = ViewServer[PlainMessage]("127.0.0.1", 0, TOKEN, Notices(told)).start()
         with look(server) as page:
             words(page)
-            publish(server, 3)
+            publish(server, IN_FLIGHT)  # so many come without a word of the page
             server.close()
             numbers: list[int] = []
             with suppress(ConnectionClosed):
                 while True:
                     numbers.append(frame(page))
-            assert numbers[-1] == 2
+            assert numbers[-1] == IN_FLIGHT - 1
 
 
 def test_a_taken_port_is_refused_and_told(server: Server):

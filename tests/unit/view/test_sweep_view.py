@@ -47,6 +47,7 @@ def served() -> Iterator[tuple[SweepView, Looking]]:
         yield SweepView(server), Looking(page)
 
 
+@pytest.mark.slow
 def test_a_sweep_is_told_from_its_plan_to_its_curve(
     served: tuple[SweepView, Looking], tmp_path: Path
 ):

@@ -23,6 +23,7 @@ arrays = st.dictionaries(
 )
 
 
+@pytest.mark.slow
 @given(arrays, st.dictionaries(st.text(max_size=5), st.integers() | st.text(), max_size=3))
 def test_what_was_encoded_comes_back(given_arrays: dict[str, NDArray[Any]], header: dict[str, Any]):
     header.pop("arrays", None)

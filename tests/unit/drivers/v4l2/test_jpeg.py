@@ -192,6 +192,7 @@ def test_a_picture_that_looks_shifted_is_dropped_once_and_then_the_scene():
     assert frames[-1] > 2
 
 
+@pytest.mark.slow
 def test_random_damage_is_noticed():
     tally = campaign(100, 3)
     assert sum(counts["counting"] for counts in tally.values()) > 80

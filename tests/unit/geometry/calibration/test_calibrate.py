@@ -81,6 +81,7 @@ def test_residuals_are_the_noise_and_unseen_pictures_have_a_little_more(found: C
     assert np.median(sigma_px) == pytest.approx(0.02, rel=0.1)
 
 
+@pytest.mark.slow
 def test_gross_corners_are_left_out_and_change_nothing(found: Calibration, scene: Scene):
     sightings = scene.sightings(2)
     xy_px = sightings[7].xy_px.copy()
@@ -92,6 +93,7 @@ def test_gross_corners_are_left_out_and_change_nothing(found: Calibration, scene
     assert again.geometry.centres_mm() == pytest.approx(found.geometry.centres_mm(), abs=5e-3)
 
 
+@pytest.mark.slow
 def test_the_stage_is_found_with_the_cameras(scene: Scene):
     staged = on_stage(scene, AXIS, 1.0015 * POSITIONS_MM, 420.0)
     driver = {len(scene.poses) + i: 420.0 + s for i, s in enumerate(POSITIONS_MM.tolist())}

@@ -88,6 +88,7 @@ def staged(square_mm: float) -> tuple[list[Sighting], dict[int, float]]:
     return scene.sightings(1), {COUNT + i: s for i, s in enumerate(POSITIONS_MM.tolist())}
 
 
+@pytest.mark.slow
 def test_a_good_set_is_called_good_with_what_cannot_be_judged():
     found = solve(SCENE.sightings(1))
     assert str(found.verdict) == "good"
@@ -112,6 +113,7 @@ def test_without_the_places_of_the_profile_the_verdict_says_what_it_cannot_see()
     assert any("exchanged views cannot be noticed" in note for note in found.verdict.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "sightings",
     [
@@ -140,6 +142,7 @@ def test_pictures_in_which_the_board_moved_are_named():
     assert "views of pictures 5, 6" in said(solve(late(1, range(5, 7))), "moved")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("view", [0, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_camera_bumped_half_way_is_named_with_the_picture(view: int):
     text = said(solve(bumped(view)), "bumped")
