@@ -7,39 +7,31 @@ are drawn. A page that stalls, dies or talks rubbish costs the others and the ru
 
 import asyncio
 import json
-import logging
-import os
-import socket
 import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, Generic, Self, TypeVar
+from typing import Generic, Self, TypeVar
 
 from websockets.asyncio.server import Server, ServerConnection, serve
-from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
-from websockets.http11 import Request, Response
 
-from rig.errors import ConfigError, FormatError, RigError
-from rig.view.access import FAVICON, Access, Refused
+from rig.errors import FormatError, RigError
+from rig.view.access import Access
 from rig.view.actions import Actions, Refusal
+from rig.view.address import listen, own_address, peer
+from rig.view.answers import Answers
 from rig.view.client import Client, Sent
 from rig.view.commands import MOST_BYTES, Command, parse
+from rig.view.connection import in_one_line, visit
 from rig.view.message import Message
 from rig.view.notices import Notices
-from rig.view.page_file import icon, page
 
-SOCKET = "live"
-"""Place of the websocket behind the token."""
 MOST_PAGES = 8
 _OPEN_S, _CLOSE_S, _PING_S, _LINK_EVERY_S = 5.0, 10.0, 20.0, 0.5
 _LOOK_S, _SHUT_S, _JOIN_S = 0.01, 1.0, 2.5
 """Within which all pages are let go of, and the thread ends: whatever they do."""
-
-_ELSEWHERE = ("192.0.2.1", 9)
-"""An address of no machine, kept free for documentation (RFC 5737)."""
 
 M = TypeVar("M", bound=Message)
 
@@ -66,7 +58,7 @@ class ViewServer(Generic[M]):
         notices: Notices,
         actions: Actions[M] | None = None,
     ) -> None:
-        self._socket = _listen(host, port)
+        self._socket = listen(host, port)
         self._host = host
         self._access = Access(token, host)
         self._notices = notices
@@ -85,7 +77,7 @@ class ViewServer(Generic[M]):
         """The address to open, token and all."""
         name = self._host
         if name in {"0.0.0.0", "::"}:  # noqa: S104 - compared, not listened at
-            name = _own_address()
+            name = own_address()
         shown = f"[{name}]" if ":" in name else name
         return f"http://{shown}:{self.port}/{self._access.token}/"
 
@@ -130,7 +122,7 @@ class ViewServer(Generic[M]):
         server = await serve(
             self._page_came,
             sock=self._socket,
-            process_request=self._answer,
+            process_request=Answers(self._access, self._notices),
             compression=None,
             max_size=MOST_BYTES,
             open_timeout=_OPEN_S,
@@ -138,8 +130,8 @@ class ViewServer(Generic[M]):
             ping_interval=_PING_S,
             ping_timeout=_PING_S,
             server_header=None,
-            logger=_in_one_line(self._notices),
-            create_connection=_visit(self._notices),
+            logger=in_one_line(self._notices),
+            create_connection=visit(self._notices),
         )
         self._is_running.set()
         await self._over.wait()
@@ -163,55 +155,31 @@ class ViewServer(Generic[M]):
             self._wake()
             await asyncio.sleep(_LOOK_S)
 
-    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Give the page, refuse, or let a websocket open (None)."""
-        headers = request.headers
-        hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
-        if request.path == FAVICON:
-            return _response(200, icon(), "image/svg+xml")
-        asked = self._access.judge(
-            request.path, hosts[0] if len(hosts) == 1 else None, origins[0] if origins else None
-        )
-        if isinstance(asked, Refused):
-            self._notices.say(f"{_peer(connection)}: {asked.reason}: refused")
-            return _response(asked.status, b"Open the address that rig has printed.\n")
-        if asked.place == SOCKET and "websocket" in map(str.lower, headers.get_all("Upgrade")):
-            return None
-        if asked.place == "":
-            found = page()
-            return _response(
-                200,
-                found.html,
-                "text/html; charset=utf-8",
-                {"Content-Security-Policy": found.policy},
-            )
-        return _response(404, b"There is one page here, at the address that rig has printed.\n")
-
     async def _page_came(self, connection: ServerConnection) -> None:
-        peer = _peer(connection)
+        visitor = peer(connection)
         if len(self._clients) >= MOST_PAGES:
-            self._notices.say(f"{peer}: {MOST_PAGES} pages are open: one more is refused")
+            self._notices.say(f"{visitor}: {MOST_PAGES} pages are open: one more is refused")
             await connection.close(
                 CloseCode.TRY_AGAIN_LATER, f"{MOST_PAGES} pages are open already"
             )
             return
-        client: Client[M] = Client(peer)
+        client: Client[M] = Client(visitor)
         self._clients[connection] = client
-        self._notices.say(f"page opened by {peer}")
+        self._notices.say(f"page opened by {visitor}")
         sending = asyncio.create_task(self._send_newest(connection, client))
         try:
             await connection.send(self._state())
             await self._listen_to(connection, client)
         except ConnectionClosed as closed:
             if closed.sent is not None and closed.sent.code == CloseCode.MESSAGE_TOO_BIG:
-                self._notices.say(f"{peer}: sent more than {MOST_BYTES} bytes: closed")
+                self._notices.say(f"{visitor}: sent more than {MOST_BYTES} bytes: closed")
         finally:
             del self._clients[connection]
             sending.cancel()
             with suppress(asyncio.CancelledError, ConnectionClosed):
                 await sending
             if self._over is not None and not self._over.is_set():
-                self._notices.say(f"page closed by {peer}")
+                self._notices.say(f"page closed by {visitor}")
 
     async def _listen_to(self, connection: ServerConnection, client: Client[M]) -> None:
         linked_s = 0.0
@@ -315,82 +283,3 @@ class ViewServer(Generic[M]):
     def _wake(self) -> None:
         for client in self._clients.values():
             client.news.set()
-
-
-def _listen(host: str, port: int) -> socket.socket:
-    try:
-        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
-        return socket.create_server((host, port), family=family)
-    except OSError as error:
-        # Names that are not found have numbers of their own, below 0, and a text.
-        number = error.errno or 0
-        why = os.strerror(number) if number > 0 else error.strerror
-        raise ConfigError(
-            f"live page at {host}, port {port}: cannot listen there: {why}",
-            advice="choose another --view-port (0: any free one) or another --view-host",
-        ) from error
-
-
-def _own_address() -> str:
-    """Return the address by which others reach this machine; its name where it has no network."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.connect(_ELSEWHERE)  # nothing is sent: only the way out is looked up
-            return str(probe.getsockname()[0])
-        except OSError:
-            return socket.gethostname()
-
-
-def _peer(connection: ServerConnection) -> str:
-    address: Any = connection.remote_address
-    return "somebody" if not address else str(address[0])
-
-
-def _response(
-    status: int,
-    body: bytes,
-    kind: str = "text/plain; charset=utf-8",
-    more: dict[str, str] | None = None,
-) -> Response:
-    headers = {
-        "Content-Type": kind,
-        "Content-Length": str(len(body)),
-        "Connection": "close",
-        "Cache-Control": "no-store",
-        "X-Content-Type-Options": "nosniff",
-        "Referrer-Policy": "no-referrer",
-        "Cross-Origin-Resource-Policy": "same-origin",
-        **(more or {}),
-    }
-    reasons = {200: "OK", 403: "Forbidden", 404: "Not Found", 421: "Misdirected Request"}
-    return Response(status, reasons[status], Headers(headers), body)
-
-
-def _visit(notices: Notices) -> type[ServerConnection]:
-    """Return the connections of a server that says which of them asked for nothing."""
-
-    class Visit(ServerConnection):
-        def connection_lost(self, exc: Exception | None) -> None:
-            super().connection_lost(exc)
-            if self.request is None:
-                notices.say(f"{_peer(self)}: asked for nothing that is a page: closed")
-
-    return Visit
-
-
-class _OneLine(logging.Handler):
-    """Says in one line what the library would print as a traceback."""
-
-    def __init__(self, notices: Notices) -> None:
-        super().__init__(logging.ERROR)
-        self._notices = notices
-
-    def emit(self, record: logging.LogRecord) -> None:
-        error = record.exc_info[1] if record.exc_info else None
-        self._notices.say(f"{record.getMessage()}: {error!r}")
-
-
-def _in_one_line(notices: Notices) -> logging.Logger:
-    logger = logging.Logger("rig.view", logging.ERROR)  # noqa: LOG001 - not part of the tree
-    logger.addHandler(_OneLine(notices))
-    return logger
