@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 GreyImage = NDArray[np.uint8] | NDArray[np.uint16]
+ColourImage = NDArray[np.uint8]
+"""(H, W, 3) red, green and blue."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +30,18 @@ class Frame:
     uncertainty_s: float = 0.0
     """How much earlier than `timestamp_s` the middle of the exposure may have been: the driver of
     the device tells when the image was complete, but not how long that took."""
+    colour: ColourImage | None = None
+    """The same picture in colour, of the same read-out and pixel by pixel; None where the camera
+    has none. Targets are measured in `image`."""
 
     def __post_init__(self) -> None:
         image = self.image.view()
         image.flags.writeable = False
         object.__setattr__(self, "image", image)
+        if self.colour is not None:
+            colour = self.colour.view()
+            colour.flags.writeable = False
+            object.__setattr__(self, "colour", colour)
 
     @property
     def began_s(self) -> float:

@@ -21,6 +21,8 @@ from rig.geometry.rectification import Rectification, rectify
 from rig.geometry.rig_geometry import RigGeometry
 from rig.optics.calibrated_views import CalibratedViews
 from rig.optics.nominal import noise_of
+from rig.optics.optics import Pixels
+from rig.optics.quick_remap import QuickRemap
 from rig.profile import Profile
 
 _MISPLACED = 0.25
@@ -74,12 +76,14 @@ class CalibratedOptics:
         Raises:
             SlopeError: the images do not fit the calibration.
         """
+        reference = images[self._reference]
+        known = self.noise if reference.ndim == 2 else None  # it was measured in grey values
         return RectifiedViews(
-            images=self._resampler(list(images)),
+            images=self._resampled(list(images)),
             x_steps=self.rectification.x_steps,
             y_steps=self.rectification.y_steps,
             reference=self._reference,
-            noise=self.noise or _estimated_noise(images[self._reference]),
+            noise=known or _estimated_noise(reference),
         )
 
     def pictures(self, images: GreyImage) -> GreyImage:
@@ -87,6 +91,14 @@ class CalibratedOptics:
         top = np.iinfo(images.dtype).max
         rounded = np.clip(np.rint(self.views(images).images), 0, top)
         return cast("GreyImage", rounded.astype(images.dtype))
+
+    def reference_picture(self, image: Pixels) -> Pixels:
+        """Return the reference view's picture in the common frame, linear between pixels.
+
+        Raises:
+            SlopeError: it does not fit the calibration.
+        """
+        return self._reference_remap(image)
 
     def answered(self, slopes: SlopeMap) -> SlopeMap:
         """Take the answer from every pixel of the reference view that no camera shows."""
@@ -184,6 +196,19 @@ class CalibratedOptics:
         del size_px, focal_px
         return self.rectification.pinhole
 
+    def _resampled(self, images: Sequence[GreyImage]) -> NDArray[np.float32]:
+        """Of all views, (V, H, W), in colour (V, H, W, 3): each channel by itself."""
+        if images[self._reference].ndim == 2:
+            return self._resampler(images)
+        channels = [self._resampler([image[..., c] for image in images]) for c in range(3)]
+        return np.stack(channels, axis=-1)
+
+    @cached_property
+    def _reference_remap(self) -> QuickRemap:
+        camera = self.rectification.geometry.cameras[self._reference]
+        map_px = self.rectification.raw_map_px(self._reference)
+        return QuickRemap(map_px, (camera.height_px, camera.width_px))
+
     @cached_property
     def _resampler(self) -> Resampler:
         cameras = self.rectification.geometry.cameras
@@ -217,7 +242,10 @@ def calibrated_optics(
 
 
 def _estimated_noise(image: GreyImage) -> NoiseModel:
-    return estimate_noise([np.asarray(image, np.float32)], step_levels=1.0)
+    """Of a picture as it was taken, grey (H, W) or in colour (H, W, 3): all channels together."""
+    values = np.asarray(image, np.float32)
+    channels = [values] if values.ndim == 2 else list(np.moveaxis(values, -1, 0))
+    return estimate_noise(channels, step_levels=1.0)
 
 
 def _require_same_views(profile: Profile, rectification: Rectification) -> None:

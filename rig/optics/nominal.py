@@ -14,6 +14,7 @@ from rig.epipolar.noise.model import NoiseModel
 from rig.epipolar.views import Image
 from rig.frames import GreyImage
 from rig.geometry.pinhole import Pinhole
+from rig.optics.optics import Pixels
 from rig.profile import Profile
 
 
@@ -46,17 +47,22 @@ class NominalOptics:
 
     def views(self, images: Sequence[GreyImage] | GreyImage) -> RectifiedViews:
         """Return the pictures as they are, with the places of their views."""
+        stacked = cast("Image", np.asarray(images))
         return RectifiedViews(
-            images=cast("Image", np.asarray(images)),
+            images=stacked,
             x_steps=self.x_steps,
             y_steps=self.y_steps,
             reference=self.reference,
-            noise=self.noise,
+            noise=self.noise if stacked.ndim == 3 else None,  # measured in grey values
         )
 
     def pictures(self, images: GreyImage) -> GreyImage:
         """Return the pictures themselves."""
         return images
+
+    def reference_picture(self, image: Pixels) -> Pixels:
+        """Return the picture itself."""
+        return image
 
     def answered(self, slopes: SlopeMap) -> SlopeMap:
         """Return the slopes themselves: every pixel shows something."""

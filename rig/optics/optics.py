@@ -1,7 +1,7 @@
 """What stands between the pictures of a rig and what the estimators measure."""
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,10 @@ from rig.arrays import Float
 from rig.curve.physical import Physical
 from rig.epipolar import RectifiedViews, SlopeMap
 from rig.epipolar.board.lines import BoardViews
-from rig.frames import GreyImage
+from rig.frames import ColourImage, GreyImage
 from rig.geometry.pinhole import Pinhole
+
+Pixels = TypeVar("Pixels", GreyImage, ColourImage)
 
 
 class Optics(Protocol):
@@ -47,6 +49,9 @@ class Optics(Protocol):
     def views(self, images: Sequence[GreyImage] | GreyImage) -> RectifiedViews:
         """Return rectified views for the dense estimator.
 
+        Args:
+            images: per view (H, W) grey, or of all (H, W, 3) in colour.
+
         Raises:
             SlopeError: the images do not fit the views or the calibration.
         """
@@ -54,6 +59,19 @@ class Optics(Protocol):
 
     def pictures(self, images: GreyImage) -> GreyImage:
         """Return pictures (V, H, W) for people, rectified and of the type that they came in."""
+        ...
+
+    def reference_picture(self, image: Pixels) -> Pixels:
+        """Return the reference view's picture, grey or in colour, at the pixels of the maps.
+
+        For people and clouds, linear between pixels; the estimator has `views`.
+
+        Args:
+            image: (H, W) or (H, W, 3) as its camera gave it.
+
+        Raises:
+            SlopeError: it does not fit the calibration.
+        """
         ...
 
     def answered(self, slopes: SlopeMap) -> SlopeMap:

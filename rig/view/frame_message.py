@@ -41,8 +41,8 @@ class FrameMessage:
 
         Arrays: `depth` (mm), or without a curve `slope` (px per view step) in its place; `sigma`
         (of that), `label`, `slope`; `views` (V, H, W) as the cameras gave them, `image` where the
-        reference view at the pixels of the maps is another picture, `rectified` (V, H, W) where
-        views are. Header `steps`: what the steps of each map mean, see `Packed`.
+        reference view at the pixels of the maps is another picture, `colour` (H, W, 3) where it has
+        colour, `rectified` (V, H, W) where views are. Header `steps`: what the steps of each map mean, see `Packed`.
         """
         header = {**_facts(self.frame, self.run), **_pace(self.frame, self.pace)}
         arrays: Arrays = {}
@@ -133,6 +133,8 @@ def _pictures(frame: DepthFrame, run: Run, wants: frozenset[str]) -> tuple[dict[
         )
     if "views" not in wants or not _is_shown_as_taken(frame, reference):
         arrays["image"] = as_8_bit(frame.image, _bits(multiview, reference))
+    if "colour" in wants and frame.colour is not None:
+        arrays["colour"] = frame.colour
     if "rectified" in wants and run.optics.calibration_id is not None:
         bits = _bits(multiview, reference)
         arrays["rectified"] = as_8_bit(run.optics.pictures(multiview.stack()), bits)

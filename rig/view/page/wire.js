@@ -35,6 +35,8 @@ class Shown {
     if (this.arrays.image) return this.arrays.image.data;
     return this.view("views", this.header.reference);
   }
+  // The same in red, green and blue; null where the camera is grey, or nobody asked for it.
+  colour() { return this.arrays.colour?.data ?? null; }
   // The pixel of the pictures that a pixel of the maps shows: maps may be of a region, or coarser.
   inPictures({ x, y }) {
     const { x_px, y_px, step } = this.header.grid, middle = step >> 1;
