@@ -91,6 +91,9 @@ class SimCameraConfig(CameraConfig):
     """Exposure time of every view."""
     frame_interval_s: Positive = 1.0 / 30.0
     """Time between frames."""
+    colour: bool = False
+    """Whether it gives colour beside its grey values. The world is grey, its light then that of a
+    warm lamp; every channel has noise of its own."""
 
     @property
     def is_simulated(self) -> bool:

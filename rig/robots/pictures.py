@@ -57,9 +57,9 @@ class RectifiedPictures:
         if not self._maps:
             return colour
         columns, rows = self._maps[view]
-        if view == self._reference and reference is not None:
-            if reference.shape[:2] == columns.shape:
-                return reference
+        is_there = reference is not None and reference.shape[:2] == columns.shape
+        if is_there and view == self._reference:
+            return reference
         return np.asarray(cv2.remap(colour, columns, rows, cv2.INTER_LINEAR), np.uint8)
 
     def _rectified(self, view: int, image: GreyImage, reference: GreyImage) -> GreyImage:

@@ -77,7 +77,7 @@ class Ros2Messages:
         depth: DepthImages | None,
         scene: Scene,
         time_ns: int,
-        colours: Mapping[str, ColourImage],
+        colours: Mapping[str, ColourImage] | None = None,
     ) -> Iterator[Ros2Message]:
         """Yield the messages of one multi-view; all of one time.
 
@@ -86,12 +86,12 @@ class Ros2Messages:
             depth: of the reference view; None where slopes are measured only.
             scene: of the capture.
             time_ns: mid-exposure, since 1970-01-01 UTC.
-            colours: rectified, of the views that have colour.
+            colours: rectified, of the views that have colour; None where none has.
         """
         for view, picture in pictures.items():
             frame_id, name = scene.frame_of[view], robot_name(view)
             yield self._image(f"/{name}/image_rect", picture, frame_id, time_ns)
-            if view in colours:
+            if colours is not None and view in colours:
                 yield self._image(f"/{name}/image_rect_color", colours[view], frame_id, time_ns)
             camera = scene.cameras.get(view)
             yield self._camera_info(f"/{name}", camera, picture.shape, frame_id, time_ns)

@@ -42,7 +42,8 @@ class FrameMessage:
         Arrays: `depth` (mm), or without a curve `slope` (px per view step) in its place; `sigma`
         (of that), `label`, `slope`; `views` (V, H, W) as the cameras gave them, `image` where the
         reference view at the pixels of the maps is another picture, `colour` (H, W, 3) where it has
-        colour, `rectified` (V, H, W) where views are. Header `steps`: what the steps of each map mean, see `Packed`.
+        colour, `rectified` (V, H, W) where views are. Header `steps`: what the steps of each map
+        mean, see `Packed`.
         """
         header = {**_facts(self.frame, self.run), **_pace(self.frame, self.pace)}
         arrays: Arrays = {}

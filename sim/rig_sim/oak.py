@@ -158,7 +158,7 @@ class _Light:
     def on(self, number: int, t_s: float) -> Exposure:
         """Return the exposure of one view in the middle of its frame."""
         with self._lock:
-            return self._exposures.at(t_s)[number]
+            return self._exposures.at(t_s)[number].grey
 
 
 @dataclass(slots=True)

@@ -37,6 +37,17 @@ def test_nobody_writes_into_a_frame() -> None:
     assert taken.image[0, 0] == 7
 
 
+def test_nobody_writes_into_the_colour_of_a_frame() -> None:
+    colour = np.zeros((2, 3, 3), np.uint8)
+    taken = Frame("a", np.zeros((2, 3), np.uint8), 0.0, 1, colour=colour)
+    assert taken.colour is not None
+    with pytest.raises(ValueError, match="read-only"):
+        taken.colour[0, 0] = 1
+    colour[0, 0] = 7
+    assert taken.colour[0, 0].tolist() == [7, 7, 7]
+    assert frame().colour is None
+
+
 def test_a_multi_view_has_a_mean_time_a_skew_and_a_stack() -> None:
     taken = MultiView((frame(3.0), frame(1.0), frame(8.0)))
     assert taken.timestamp_s == 4.0

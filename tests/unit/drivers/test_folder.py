@@ -56,6 +56,26 @@ def test_colour_becomes_grey(tmp_path: Path, channels: int):
         assert (opened.grab(1.0).frames[0].image == 59).all()
 
 
+@pytest.mark.parametrize(("dtype", "scale"), [(np.uint8, 1), (np.uint16, 256)])
+@pytest.mark.parametrize("channels", [3, 4])
+def test_colour_stays_beside_the_grey(tmp_path: Path, dtype: type, scale: int, channels: int):
+    pixels = np.zeros((6, 8, channels), dtype)
+    pixels[:] = (10 * scale, 20 * scale, 200 * scale, 255 * scale)[:channels]  # blue first
+    save(tmp_path / "a.png", pixels)
+    save(tmp_path / "b.png", pixels)
+    with camera(tmp_path, "a.png", "b.png") as opened:
+        colour = opened.grab(1.0).frames[1].colour
+    assert colour is not None
+    assert colour.shape == (6, 8, 3)
+    assert (colour == (200, 20, 10)).all()
+
+
+def test_a_grey_file_has_no_colour(tmp_path: Path):
+    save(tmp_path / "a.png", image(7))
+    with camera(tmp_path, "a.png", "a.png") as opened:
+        assert opened.grab(1.0).frames[0].colour is None
+
+
 def test_numbers_in_names_sort_as_numbers(tmp_path: Path):
     for number in (1, 2, 10):
         save(tmp_path / f"left{number}.png", image(number))
