@@ -41,7 +41,7 @@ def rectified(run: Run, taken: Taken) -> Rectified:
         SlopeError: the pictures do not fit the calibration.
     """
     begun_s = time.perf_counter()
-    views = run.optics.views([frame.image for frame in taken.views.frames])
+    views = run.optics.views(taken.views.images)
     return Rectified(taken, views, time.perf_counter() - begun_s)
 
 
