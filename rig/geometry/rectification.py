@@ -125,7 +125,7 @@ class Rectification:
         """Raw pixels of a view per rectified pixel, along a line in the middle of its picture."""
         camera = self.geometry.cameras[view]
         middle_px = np.array([(camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0])
-        square = middle_px + [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
+        square = middle_px + np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
         here, right, below = self.rectified_px(view, square)
         return float(abs(np.linalg.det([right - here, below - here])) ** -0.5)
 
@@ -211,8 +211,9 @@ def rectify(geometry: RigGeometry, pitch_mm: float) -> Rectification:
     """Choose the common frame of a rig.
 
     The focal length is that of the reference view and the picture as large as its own, whatever
-    the other views are. Principal points differ from view to view in proportion to the views' places, so that
-    lines stay straight, and as nearly as that allows such that every picture keeps its middle.
+    the other views are. Principal points differ from view to view in proportion to the views'
+    places, so that lines stay straight, and as nearly as that allows such that every picture keeps
+    its middle.
 
     Args:
         geometry: the calibrated rig.

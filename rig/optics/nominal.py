@@ -135,7 +135,7 @@ def nominal_optics(profile: Profile) -> NominalOptics:
         y_steps=np.array([view.y_steps for view in profile.views]),
         reference=profile.reference,
         noise=noise_of(profile),
-        size_px=profile.camera.size_px,
+        size_px=profile.camera.size_of(profile.views[profile.reference].name),
     )
 
 

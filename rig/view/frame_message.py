@@ -42,7 +42,8 @@ class FrameMessage:
         Arrays: `depth` (mm), or without a curve `slope` (px per view step) in its place; `sigma`
         (of that), `label`, `slope`; `view_0`, `view_1`, ... as the cameras gave them (they may
         differ in size), `image` where the reference view at the pixels of the maps is another
-        picture, `rectified` (V, H, W) where views are. Header `steps`: what the steps of each map mean, see `Packed`.
+        picture, `rectified` (V, H, W) where views are. Header `steps`: what the steps of each map
+        mean, see `Packed`.
         """
         header = {**_facts(self.frame, self.run), **_pace(self.frame, self.pace)}
         arrays: Arrays = {}

@@ -50,8 +50,8 @@ def test_a_part_of_a_charuco_board_is_refused_by_a_sweep_with_the_reason():
 def test_both_renderers_draw_the_same_markers():
     rig = SmallRig((*CHARUCO, "world.board_tilt_deg=[10.0, -15.0]"), slide=Slide(-703.0))
     moment = rig.world.moment(0.0)
-    traced = MitsubaRenderer(samples_per_px=64, seed=1).render(moment)
-    drawn = AnalyticRenderer().render(moment)
+    traced = np.stack(MitsubaRenderer(samples_per_px=64, seed=1).render(moment))
+    drawn = np.stack(AnalyticRenderer().render(moment))
     board = moment.board
     assert board is not None
     corners_px = moment.cameras[0].pixels(board.in_world_mm(board.corners_mm()))
