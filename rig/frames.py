@@ -1,7 +1,8 @@
 """Images with their time: what a camera gives."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import cast
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,9 @@ from numpy.typing import NDArray
 GreyImage = NDArray[np.uint8] | NDArray[np.uint16]
 ColourImage = NDArray[np.uint8]
 """(H, W, 3) red, green and blue."""
+Pictures: TypeAlias = Sequence[GreyImage] | GreyImage
+"""One (H, W) picture per view, each as its camera gave it: views may differ in size. An array
+(V, H, W) where all are of one size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +77,7 @@ class MultiView:
         """Mean mid-exposure time of the views."""
         return sum(frame.timestamp_s for frame in self.frames) / len(self.frames)
 
-    def stack(self) -> GreyImage:
-        """Return all images as one array (V, H, W), in the camera's order."""
-        return cast("GreyImage", np.stack([frame.image for frame in self.frames]))
+    @property
+    def images(self) -> tuple[GreyImage, ...]:
+        """The images, each of its camera's own size, in the camera's order."""
+        return tuple(frame.image for frame in self.frames)

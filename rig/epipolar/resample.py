@@ -15,6 +15,7 @@ import threading
 from collections.abc import Sequence
 from typing import TypeAlias
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,6 +29,10 @@ Weights: TypeAlias = tuple[np.float32, np.float32, np.float32, np.float32, np.fl
 _PAD = 3
 _BEFORE = 2
 """Neighbours before a place, of six."""
+_AS_FINE = 1.25
+"""Raw pixels per rectified one that a lens alone may make: neighbours then lose no detail."""
+_PIXEL_PX = 0.5
+"""Blur of a picture, 1 sigma, that its pixels are made for."""
 
 
 class Resampler:
@@ -36,10 +41,17 @@ class Resampler:
     Args:
         raw_px: per view (H, W, 2) raw pixel (x, y) of every rectified pixel; NaN for none.
         raw_shapes: per view height and width of its raw pictures.
+        finer: per view how many raw pixels a rectified one is wide; None: about one.
     """
 
-    def __init__(self, raw_px: Sequence[Float], raw_shapes: Sequence[tuple[int, int]]) -> None:
+    def __init__(
+        self,
+        raw_px: Sequence[Float],
+        raw_shapes: Sequence[tuple[int, int]],
+        finer: Sequence[float] | None = None,
+    ) -> None:
         self._shapes = tuple(raw_shapes)
+        self._soft_px = tuple(map(_soft_px, finer or [1.0] * len(self._shapes)))
         self._one_at_a_time = threading.Lock()
         height, width = raw_px[0].shape[:2]
         views = len(raw_px)
@@ -85,8 +97,11 @@ class Resampler:
                 )  # fmt: skip
 
         with self._one_at_a_time:
-            for padded, image in zip(self._padded, images, strict=True):
-                padded[_PAD:-_PAD, _PAD:-_PAD] = image
+            for padded, image, soft_px in zip(self._padded, images, self._soft_px, strict=True):
+                inner = padded[_PAD:-_PAD, _PAD:-_PAD]
+                inner[:] = image
+                if soft_px > 0.0:
+                    inner[:] = cv2.GaussianBlur(inner, (0, 0), soft_px)
                 _repeat_border(padded)
             run_in_bands(work, height)
         return out
@@ -105,6 +120,17 @@ class Resampler:
         # The first of the 36, in the padded picture.
         at = _PAD - _BEFORE
         self._runs.append(_runs((row + at) * stride + (column + at)))
+
+
+def _soft_px(finer: float) -> float:
+    """Gaussian that a picture needs before it is resampled by pixels so many times as wide.
+
+    Without it what is finer than the new pixels would come back as false detail, another one in
+    every view.
+    """
+    if finer < _AS_FINE:
+        return 0.0
+    return float(_PIXEL_PX * np.sqrt(finer**2 - 1.0))
 
 
 def _runs(first: Float) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:

@@ -49,7 +49,7 @@ def rectified(run: Run, taken: Taken) -> Rectified:
     if run.profile.slopes.colour:
         views = run.optics.views(_colours(taken.views))
     else:
-        views = run.optics.views([frame.image for frame in frames])
+        views = run.optics.views(taken.views.images)
     colour = frames[views.reference].colour
     if colour is not None:
         colour = run.optics.reference_picture(colour)

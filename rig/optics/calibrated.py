@@ -15,7 +15,7 @@ from rig.epipolar.board.lines import BoardViews
 from rig.epipolar.noise.model import NoiseModel, estimate_noise
 from rig.epipolar.resample import Resampler
 from rig.errors import ConfigError
-from rig.frames import GreyImage
+from rig.frames import GreyImage, Pictures
 from rig.geometry.pinhole import Pinhole
 from rig.geometry.rectification import Rectification, rectify
 from rig.geometry.rig_geometry import RigGeometry
@@ -62,15 +62,15 @@ class CalibratedOptics:
         """(V,)."""
         return self.rectification.y_steps
 
-    def board_views(self, images: GreyImage) -> BoardViews:
-        """Return raw pictures (V, H, W) and the way into them.
+    def board_views(self, images: Pictures) -> BoardViews:
+        """Return raw pictures and the way into them.
 
         Raises:
             SlopeError: the images do not fit the calibration.
         """
         return CalibratedViews(images, self.rectification)
 
-    def views(self, images: Sequence[GreyImage] | GreyImage) -> RectifiedViews:
+    def views(self, images: Pictures) -> RectifiedViews:
         """Return rectified views, float32.
 
         Raises:
@@ -86,11 +86,11 @@ class CalibratedOptics:
             noise=known or _estimated_noise(reference),
         )
 
-    def pictures(self, images: GreyImage) -> GreyImage:
-        """Return pictures (V, H, W) for people, rectified and of the type that they came in."""
-        top = np.iinfo(images.dtype).max
-        rounded = np.clip(np.rint(self.views(images).images), 0, top)
-        return cast("GreyImage", rounded.astype(images.dtype))
+    def pictures(self, images: Pictures) -> Pictures:
+        """Return pictures (V, H, W) for people, rectified and of the reference view's type."""
+        kind = images[self._reference].dtype
+        rounded = np.clip(np.rint(self.views(images).images), 0, np.iinfo(kind).max)
+        return cast("GreyImage", rounded.astype(kind))
 
     def reference_picture(self, image: Pixels) -> Pixels:
         """Return the reference view's picture in the common frame, linear between pixels.
@@ -215,6 +215,7 @@ class CalibratedOptics:
         return Resampler(
             [self.rectification.raw_map_px(view) for view in range(len(cameras))],
             [(camera.height_px, camera.width_px) for camera in cameras],
+            [self.rectification.finer(view) for view in range(len(cameras))],
         )
 
     @cached_property

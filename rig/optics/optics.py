@@ -1,6 +1,5 @@
 """What stands between the pictures of a rig and what the estimators measure."""
 
-from collections.abc import Sequence
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -10,7 +9,7 @@ from rig.arrays import Float
 from rig.curve.physical import Physical
 from rig.epipolar import RectifiedViews, SlopeMap
 from rig.epipolar.board.lines import BoardViews
-from rig.frames import ColourImage, GreyImage
+from rig.frames import ColourImage, GreyImage, Pictures
 from rig.geometry.pinhole import Pinhole
 
 Pixels = TypeVar("Pixels", GreyImage, ColourImage)
@@ -38,15 +37,15 @@ class Optics(Protocol):
         """(V,), below it."""
         ...
 
-    def board_views(self, images: GreyImage) -> BoardViews:
-        """Return pictures (V, H, W) for measuring a board: never resampled.
+    def board_views(self, images: Pictures) -> BoardViews:
+        """Return pictures for measuring a board: never resampled.
 
         Raises:
             SlopeError: the images do not fit the views or the calibration.
         """
         ...
 
-    def views(self, images: Sequence[GreyImage] | GreyImage) -> RectifiedViews:
+    def views(self, images: Pictures) -> RectifiedViews:
         """Return rectified views for the dense estimator.
 
         Args:
@@ -57,8 +56,8 @@ class Optics(Protocol):
         """
         ...
 
-    def pictures(self, images: GreyImage) -> GreyImage:
-        """Return pictures (V, H, W) for people, rectified and of the type that they came in."""
+    def pictures(self, images: Pictures) -> Pictures:
+        """Return pictures for people, rectified and of the type that they came in."""
         ...
 
     def reference_picture(self, image: Pixels) -> Pixels:

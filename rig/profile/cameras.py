@@ -7,6 +7,8 @@ from pydantic import Field, model_validator
 
 from rig.profile.model import Model, NotNegative, Positive
 
+PictureSide = Annotated[int, Field(ge=16)]
+
 
 class NoiseConfig(Model):
     """Noise of the pictures by photon transfer, as `rig check` prints it.
@@ -67,6 +69,11 @@ class CameraConfig(Model):
         """Width and height of its pictures; None where the profile does not say it."""
         return None
 
+    def size_of(self, view: str) -> tuple[int, int] | None:
+        """Width and height of the pictures of one view; None where the profile does not say it."""
+        del view
+        return self.size_px
+
     @property
     def asked_rate_hz(self) -> float | None:
         """Multi-views per second that the profile asks for; None where there is no such rate."""
@@ -87,6 +94,8 @@ class SimCameraConfig(CameraConfig):
     """Image width."""
     height_px: int = Field(ge=16)
     """Image height."""
+    sizes_px: dict[str, tuple[PictureSide, PictureSide]] = Field(default_factory=dict)
+    """By view name: width and height, of every view, where they differ."""
     exposure_s: Positive = 0.008
     """Exposure time of every view."""
     frame_interval_s: Positive = 1.0 / 30.0
@@ -104,6 +113,15 @@ class SimCameraConfig(CameraConfig):
     def size_px(self) -> tuple[int, int]:
         """See `CameraConfig.size_px`."""
         return self.width_px, self.height_px
+
+    def size_of(self, view: str) -> tuple[int, int]:
+        """See `CameraConfig.size_of`."""
+        return self.sizes_px.get(view, self.size_px)
+
+    @property
+    def by_view(self) -> Mapping[str, Mapping[str, object]]:
+        """See `CameraConfig.by_view`."""
+        return {"sizes_px": self.sizes_px} if self.sizes_px else {}
 
     @property
     def asked_rate_hz(self) -> float:

@@ -30,7 +30,7 @@ def measure_left_over(job: SweepJob, sweep_id: int, store: "Store") -> None:
     measured = store.measurements(sweep_id)
     for sample in store.samples(sweep_id):
         if sample.key not in measured:
-            images = store.load(sample).stack()
+            images = store.load(sample).images
             measurement = measure_sample(job.run.profile, job.run.optics, images)
             store.save_measurements(sweep_id, {sample.key: measurement})
 
@@ -85,7 +85,7 @@ def _measure_again(
     hardware.stage.move_to(stop.distance_mm, config.move_timeout_s)
     hardware.clock.sleep_s(config.settle_s)
     now = [
-        measure_sample(profile, optics, hardware.camera.grab(profile.camera.timeout_s).stack())
+        measure_sample(profile, optics, hardware.camera.grab(profile.camera.timeout_s).images)
         for _ in range(job.samples)
     ]
     change_px = statistics.fmean(_slopes_px(now, optics)) - before.slope_px

@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
@@ -31,8 +32,8 @@ class Renderer(Protocol):
     name: str
     """What else than the moment the pictures depend on."""
 
-    def render(self, moment: Moment) -> Picture:
-        """Return noise-free, unblurred light of all views, (V, H, W), 1 = full scale."""
+    def render(self, moment: Moment) -> Sequence[Picture]:
+        """Return noise-free, unblurred light of all views, (H, W) each, 1 = full scale."""
         ...
 
 
@@ -44,12 +45,11 @@ class CachedRenderer:
         self._renderer = renderer
         self._cache = cache
 
-    def render(self, moment: Moment) -> Picture:
+    def render(self, moment: Moment) -> Sequence[Picture]:
         """See `Renderer.render`; rounded to 16 bit, whether stored or new."""
         key = self._key(moment)
-        camera = moment.cameras[0]
-        shape = (len(moment.cameras), camera.height_px, camera.width_px)
-        stored = self._cache.load(key, shape)
+        shapes = [(camera.height_px, camera.width_px) for camera in moment.cameras]
+        stored = self._cache.load(key, shapes)
         return self._cache.store(key, self._renderer.render(moment)) if stored is None else stored
 
     def _key(self, moment: Moment) -> str:

@@ -45,7 +45,7 @@ class FolderCamera(StoredCamera):
         self._clock = clock
         self._multiviews: list[tuple[_Stored, ...]] = []
         self._videos: dict[Path, StoredVideo] = {}
-        self._like: GreyImage | None = None
+        self._like: dict[str, GreyImage] = {}
 
     @property
     def identity(self) -> Mapping[str, str]:
@@ -54,7 +54,7 @@ class FolderCamera(StoredCamera):
 
     def _open(self) -> None:
         self._multiviews = self._find()
-        self._like = None
+        self._like = {}
 
     def _close(self) -> None:
         self._multiviews = []
@@ -65,7 +65,10 @@ class FolderCamera(StoredCamera):
     def _read(self, number: int) -> MultiView | None:
         if number >= len(self._multiviews):
             return None
-        pictures = [self._picture(picture) for picture in self._multiviews[number]]
+        pictures = [
+            self._picture(view, picture)
+            for view, picture in zip(self._views, self._multiviews[number], strict=True)
+        ]
         read_s = self._clock.now_s()
         return MultiView(
             tuple(
@@ -115,19 +118,26 @@ class FolderCamera(StoredCamera):
             self._videos[path] = StoredVideo(path)
         return [_Stored(path, number) for number in range(len(self._videos[path]))]
 
-    def _picture(self, stored: "_Stored") -> tuple[GreyImage, ColourImage | None]:
+    def _picture(self, view: str, stored: "_Stored") -> tuple[GreyImage, ColourImage | None]:
         path = stored.path
         if stored.number is None:
             image, colour = _read(path)
         else:
             image, colour = self._videos[path].picture(stored.number)
-        if self._like is None:
-            self._like = image
-        elif image.shape != self._like.shape or image.dtype != self._like.dtype:
+        first = self._like.setdefault(view, image)
+        if image.shape != first.shape or image.dtype != first.dtype:
             raise DeviceLostError(
                 _NAME,
-                f"{path} is {_size(image)}, the first image is {_size(self._like)}",
-                advice="all views of a camera must be alike",
+                f"{path} is {_size(image)}, the first image of view {view} is {_size(first)}",
+                advice="all images of a view must be alike",
+            )
+        depths = {one.dtype for one in self._like.values()}
+        if len(depths) > 1:
+            found = ", ".join(f"{name} {_size(one)}" for name, one in self._like.items())
+            raise DeviceLostError(
+                _NAME,
+                f"views of {self._place} differ in depth: {found}",
+                advice="views may differ in size, but not in bits: convert one of them",
             )
         return image, colour
 

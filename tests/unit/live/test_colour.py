@@ -111,7 +111,7 @@ def test_rectified_colour_lies_on_the_rectified_picture():
     moved = optics.reference_picture(colour)
     assert moved.dtype == np.uint8
     assert moved.shape == (*optics.rectification.shape, 3)
-    exact = optics.pictures(multiview.stack())[reference].astype(int)
+    exact = optics.pictures(multiview.images)[reference].astype(int)
     off = np.abs(moved[..., 0].astype(int) - exact)
     assert np.median(off) <= 2.0
     assert np.array_equal(optics.reference_picture(grey), moved[..., 0])
@@ -148,7 +148,7 @@ def test_the_noise_of_the_profile_is_that_of_grey_values():
     profile = load_profile("sim", told)
     multiview = red_against_green(2.0)
     optics = nominal_optics(profile)
-    assert optics.views(multiview.stack()).noise is not None
+    assert optics.views(multiview.images).noise is not None
     colours = [frame.colour for frame in multiview.frames if frame.colour is not None]
     assert optics.views(colours).noise is None
 
