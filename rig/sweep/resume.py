@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING
 
 from rig.curve import CurvePoint
 from rig.errors import TargetError
+from rig.factory import changed_calibration
 from rig.hardware.opening import Hardware
 from rig.measurement import Measurement
 from rig.optics.optics import Optics
 from rig.plan import Stop
 from rig.profile import Profile
 from rig.progress import Tell
+from rig.stored import camera_identity
 from rig.sweep.job import SweepJob
 from rig.sweep.measure_sample import measure_sample
 from rig.sweep.points import axis_slopes_px, stop_results, with_reading
@@ -41,8 +43,17 @@ def measure_old_distance_again(
     """Prove that the rig is still the one that began the sweep.
 
     Raises:
-        TargetError: the board is not where it was at the last finished distance.
+        TargetError: the board is not where it was at the last finished distance, or the device's
+            own calibration is another one.
     """
+    changed = changed_calibration(camera_identity(store.sweep(sweep_id)), hardware.camera.identity)
+    if changed is not None:
+        raise TargetError(
+            f"sweep {sweep_id} was begun while the device held another calibration of its own "
+            f"({changed} differs)",
+            advice="its cameras were calibrated anew since: begin a new sweep",
+            reason="changed",
+        )
     stage = job.run.profile.stage
     results = with_reading(
         stop_results(
