@@ -20,6 +20,7 @@ from rig.geometry.rectification import Rectification, rectify
 from rig.geometry.rig_geometry import RigGeometry
 from rig.optics.calibrated_views import CalibratedViews
 from rig.optics.nominal import noise_of
+from rig.optics.softening import softening_px
 from rig.profile import Profile
 
 _MISPLACED = 0.25
@@ -189,7 +190,7 @@ class CalibratedOptics:
         return Resampler(
             [self.rectification.raw_map_px(view) for view in range(len(cameras))],
             [(camera.height_px, camera.width_px) for camera in cameras],
-            [self.rectification.finer(view) for view in range(len(cameras))],
+            softening_px([self.rectification.finer(view) for view in range(len(cameras))]),
         )
 
     @cached_property
