@@ -29,10 +29,6 @@ Weights: TypeAlias = tuple[np.float32, np.float32, np.float32, np.float32, np.fl
 _PAD = 3
 _BEFORE = 2
 """Neighbours before a place, of six."""
-_AS_FINE = 1.25
-"""Raw pixels per rectified one that a lens alone may make: neighbours then lose no detail."""
-_PIXEL_PX = 0.5
-"""Blur of a picture, 1 sigma, that its pixels are made for."""
 
 
 class Resampler:
@@ -41,17 +37,18 @@ class Resampler:
     Args:
         raw_px: per view (H, W, 2) raw pixel (x, y) of every rectified pixel; NaN for none.
         raw_shapes: per view height and width of its raw pictures.
-        finer: per view how many raw pixels a rectified one is wide; None: about one.
+        soft_px: per view 1 sigma of a Gaussian that softens its raw pictures first, 0 for none;
+            None: none.
     """
 
     def __init__(
         self,
         raw_px: Sequence[Float],
         raw_shapes: Sequence[tuple[int, int]],
-        finer: Sequence[float] | None = None,
+        soft_px: Sequence[float] | None = None,
     ) -> None:
         self._shapes = tuple(raw_shapes)
-        self._soft_px = tuple(map(_soft_px, finer or [1.0] * len(self._shapes)))
+        self._soft_px = tuple(soft_px or [0.0] * len(self._shapes))
         self._one_at_a_time = threading.Lock()
         height, width = raw_px[0].shape[:2]
         views = len(raw_px)
@@ -120,17 +117,6 @@ class Resampler:
         # The first of the 36, in the padded picture.
         at = _PAD - _BEFORE
         self._runs.append(_runs((row + at) * stride + (column + at)))
-
-
-def _soft_px(finer: float) -> float:
-    """Gaussian that a picture needs before it is resampled by pixels so many times as wide.
-
-    Without it what is finer than the new pixels would come back as false detail, another one in
-    every view.
-    """
-    if finer < _AS_FINE:
-        return 0.0
-    return float(_PIXEL_PX * np.sqrt(finer**2 - 1.0))
 
 
 def _runs(first: Float) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:

@@ -123,9 +123,9 @@ class Rectification:
 
     def finer(self, view: int) -> float:
         """Raw pixels of a view per rectified pixel, along a line in the middle of its picture."""
-        camera = self.geometry.cameras[view]
-        middle_px = np.array([(camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0])
-        square = middle_px + np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
+        square = _middle_px(self.geometry.cameras[view]) + np.array(
+            [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
+        )
         here, right, below = self.rectified_px(view, square)
         return float(abs(np.linalg.det([right - here, below - here])) ** -0.5)
 
@@ -293,12 +293,17 @@ def _principal_points(
     """Principal point of the reference view, and by how much it moves per mm of a view's place."""
     rows: list[Float] = []
     wanted: list[Float] = []
+    common_px = _middle_px(geometry.cameras[geometry.reference])
     for view, camera in enumerate(geometry.cameras):
-        middle_px = np.array([(camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0])
-        ray = np.array([*camera.unproject(middle_px[None])[0], 1.0])
+        ray = np.array([*camera.unproject(_middle_px(camera)[None])[0], 1.0])
         direction = common_from_reference @ geometry.cam_from_reference[view].rotation.T @ ray
-        wanted.append(middle_px - focal_px * direction[:2] / direction[2])
+        wanted.append(common_px - focal_px * direction[:2] / direction[2])
         rows.append(np.column_stack([np.eye(2), places_mm[view, :2]]))
     solved, *_ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(wanted), rcond=None)
     fitted = np.asarray(solved, np.float64)
     return fitted[:2], float(fitted[2])
+
+
+def _middle_px(camera: CameraModel) -> Float:
+    """(2,) middle of a camera's picture."""
+    return np.array([(camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0])

@@ -23,6 +23,7 @@ from rig.optics.calibrated_views import CalibratedViews
 from rig.optics.nominal import noise_of
 from rig.optics.optics import Pixels
 from rig.optics.quick_remap import QuickRemap
+from rig.optics.softening import softening_px
 from rig.profile import Profile
 
 _MISPLACED = 0.25
@@ -215,7 +216,7 @@ class CalibratedOptics:
         return Resampler(
             [self.rectification.raw_map_px(view) for view in range(len(cameras))],
             [(camera.height_px, camera.width_px) for camera in cameras],
-            [self.rectification.finer(view) for view in range(len(cameras))],
+            softening_px([self.rectification.finer(view) for view in range(len(cameras))]),
         )
 
     @cached_property
