@@ -53,7 +53,7 @@ class OakCamera:
         self._clock = clock
         self._controls = {view: Controls.of(config.of(view)) for view in self._views}
         self._stack = ExitStack()
-        self._arrivals = self._new_arrivals()
+        self._arrivals: Arrivals | None = None
         self._streams: Streams | None = None
         self._next_number = 0
         self._dropped: dict[str, int] = {}
@@ -148,7 +148,8 @@ class OakCamera:
             if group is None:
                 continue
             frames = {view: frame.getSequenceNum() for view, frame in group.frames.items()}
-            self._arrivals.saw(Seen(group.number, frames))
+            if self._arrivals is not None:
+                self._arrivals.saw(Seen(group.number, frames))
             if all(start_s(f) >= begun_s for f in group.frames.values()):
                 return group
         silent = streams.watchdog.silent_since(since_s)
@@ -239,10 +240,14 @@ class OakCamera:
         self._streams = None
         self._stack.close()
 
-    def _new_arrivals(self) -> Arrivals:
+    def _new_arrivals(self) -> Arrivals | None:
+        """None where there is no link that could be too slow."""
+        link = self._sensors.identity.get("link")
+        if link is None:
+            return None
         return Arrivals(
             self._name,
-            link=self._sensors.identity.get("link", "its link"),
+            link=link,
             needed_mb_s=needed_mb_s(self._config, self._views),
             rate_hz=self._config.rate_hz,
         )

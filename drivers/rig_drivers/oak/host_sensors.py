@@ -1,5 +1,6 @@
 """Sensors without a device: frames from any source, sent by host nodes into a real pipeline."""
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from datetime import timedelta
 from typing import Protocol, Self
@@ -8,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.factory import FactoryCamera
+from rig.factory import CALIBRATION_SHA256, FactoryCamera
 from rig.frames import ColourImage, GreyImage
 from rig_drivers.oak.guarded_node import Failures, GuardedNode
 from rig_drivers.oak.raw10 import pack_raw10
@@ -114,11 +115,14 @@ class HostSensors:
     @property
     def identity(self) -> Mapping[str, str]:
         """See `Sensors.identity`."""
+        known = self._rack.factory_calibration
+        told = {} if known is None else {CALIBRATION_SHA256: _sha256(known)}
         return {
             "kind": "oak",
             "model": "host nodes, no device",
             "serial": self._rack.serial,
             "depthai": dai.__version__,
+            **told,
         }
 
     @property
@@ -188,6 +192,10 @@ def _message(frame: SensorFrame) -> dai.ImgFrame:
     message.cam.wbColorTemp = frame.white_balance_k
     message.cam.sensorTemperatureC = frame.temperature_degc
     return message
+
+
+def _sha256(cameras: Sequence[FactoryCamera]) -> str:
+    return hashlib.sha256(repr(tuple(cameras)).encode()).hexdigest()
 
 
 def _hue(colour: ColourImage) -> NDArray[np.uint8]:

@@ -1,5 +1,7 @@
 """Three cameras of an OAK-D that differ, through the real pipeline without a device."""
 
+import itertools
+from collections.abc import Mapping
 from datetime import timedelta
 from pathlib import Path
 
@@ -7,10 +9,11 @@ import cv2
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from rig_drivers.oak.camera import OakCamera
 from rig_drivers.oak.decode import decode
-from rig_drivers.oak.host_sensors import _message
+from rig_drivers.oak.host_sensors import HostSensors, _message
 from rig_drivers.oak.sdk import dai
-from rig_sim.oak import SensorFaults, SimSensorFrame
+from rig_sim.oak import SensorFaults, SimOakRack, SimSensorFrame
 
 import rig
 from rig.database import open_store
@@ -52,6 +55,28 @@ def test_a_control_of_one_sensor_is_compared_with_its_own():
     rig_of_four = OakRig((*COLOUR, "camera.timeout_s=0.1"), faults)
     with pytest.raises(ControlError, match="view left: asked for iso 200, the camera applies 100"):
         rig_of_four.camera().__enter__()
+
+
+@pytest.mark.slow
+def test_a_slow_link_is_noticed_by_what_comes_through_the_pipeline(
+    caplog: pytest.LogCaptureFixture,
+):
+    faults = {view: SensorFaults(drop_share=0.6) for view in ("centre", "left", "right", "top")}
+    slow = OakRig(("camera.rate_hz=100", "camera.timeout_s=60"), faults)
+    told = {**slow.sensors().identity, "link": "gigabit Ethernet"}
+    names = [view.name for view in slow.profile.views]
+
+    class Linked(HostSensors):
+        @property
+        def identity(self) -> Mapping[str, str]:
+            return told
+
+    linked = Linked(SimOakRack(slow.config, slow.world, faults))
+    with OakCamera(slow.config, names, linked, slow.clock) as camera:
+        for _ in itertools.islice(camera.stream(), 4):
+            pass
+    assert "multi-views arrive whole over gigabit Ethernet" in caplog.text
+    assert "as over Ethernet of 100 Mbit/s" in caplog.text
 
 
 @pytest.mark.parametrize(
