@@ -1,6 +1,6 @@
 """What stands between the pictures of a rig and what the estimators measure."""
 
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +9,11 @@ from rig.arrays import Float
 from rig.curve.physical import Physical
 from rig.epipolar import RectifiedViews, SlopeMap
 from rig.epipolar.board.lines import BoardViews
-from rig.frames import ColourImage, GreyImage, Pictures
+from rig.frames import Pictures
 from rig.geometry.pinhole import Pinhole
 
-Pixels = TypeVar("Pixels", GreyImage, ColourImage)
+Pixels = TypeVar("Pixels", bound=NDArray[Any])
+"""A picture, (H, W) or (H, W, 3), that keeps its type."""
 
 
 class Optics(Protocol):

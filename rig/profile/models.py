@@ -45,7 +45,8 @@ class SlopeConfig(Model):
     the run, and outside there is no depth."""
     colour: bool = False
     """Whether captures measure slopes in colour, for which all views must have it. It finds texture
-    that is of one brightness, and takes two to three times as long; sweeps measure in grey."""
+    that is of one brightness, is worse than grey on mosaics, and takes longer, the more so live;
+    sweeps measure in grey."""
 
     @model_validator(mode="after")
     def _one_range_that_has_a_length(self) -> Self:

@@ -57,8 +57,8 @@ class RectifiedPictures:
         if not self._maps:
             return colour
         columns, rows = self._maps[view]
-        is_there = reference is not None and reference.shape[:2] == columns.shape
-        if is_there and view == self._reference:
+        is_here = view == self._reference
+        if is_here and reference is not None and reference.shape[:2] == columns.shape:
             return reference
         return np.asarray(cv2.remap(colour, columns, rows, cv2.INTER_LINEAR), np.uint8)
 

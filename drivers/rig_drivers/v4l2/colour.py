@@ -55,7 +55,8 @@ def _of_mosaic(grey_format: str, code: int) -> _Reader:
         if min(mosaic.shape) < 3:
             raise PixelError(f"{width_px} x {height_px} px are too few to tell colours between")
         above = DECODERS[grey_format][1] - 8
-        return np.asarray(cv2.cvtColor(mosaic, code) >> above, np.uint8)
+        whole = np.asarray(cv2.cvtColor(mosaic, code), mosaic.dtype)
+        return (whole >> above).astype(np.uint8)
 
     return colour
 

@@ -83,6 +83,7 @@ def test_slopes_of_colour_see_texture_that_is_of_one_brightness():
     reference = multiview.frames[load_profile("sim").reference]
     for frame in found.values():
         assert frame.colour is not None
+        assert reference.colour is not None
         assert np.array_equal(frame.colour, reference.colour)
         assert np.array_equal(frame.image, reference.image)
         assert not frame.colour.flags.writeable
@@ -99,7 +100,7 @@ def test_slopes_of_colour_are_refused_where_a_view_is_grey():
 
 
 def test_rectified_colour_lies_on_the_rectified_picture():
-    small = SmallRig(name="sim-real", overrides=[*SMALL, "camera.colour=true"])
+    small = SmallRig(name="sim-real", overrides=(*SMALL, "camera.colour=true"))
     geometry = true_geometry(small.profile, small.world.moment(0.0))
     optics = calibrated_optics(small.profile, geometry, 3)
     with small.camera() as camera:
@@ -127,7 +128,7 @@ def test_rectified_colour_lies_on_the_rectified_picture():
 
 
 def test_rectified_views_of_colour_are_the_channels_each_by_itself():
-    small = SmallRig(name="sim-real", overrides=[*SMALL, "camera.colour=true"])
+    small = SmallRig(name="sim-real", overrides=(*SMALL, "camera.colour=true"))
     geometry = true_geometry(small.profile, small.world.moment(0.0))
     optics: CalibratedOptics = calibrated_optics(small.profile, geometry, None)
     with small.camera() as camera:
@@ -154,7 +155,7 @@ def test_the_noise_of_the_profile_is_that_of_grey_values():
 
 
 def test_a_quick_remap_is_linear_and_repeats_the_border():
-    image = np.uint16([[0, 100, 200], [1000, 1100, 1200]])
+    image = np.array([[0, 100, 200], [1000, 1100, 1200]], np.uint16)
     # A whole pixel, half-way between four, outside on either side, and none at all.
     places = np.array([[[1.0, 0.0], [0.5, 0.5], [9.0, 1.0], [-70000.0, 0.0], [np.nan, np.nan]]])
     moved = QuickRemap(places, (2, 3))(image)
@@ -177,7 +178,7 @@ def test_a_region_and_coarser_maps_have_their_part_of_the_colour():
 
 def test_the_simulated_camera_is_grey_unless_it_is_asked():
     plain, tinted = (
-        SmallRig(overrides=[*SMALL, f"camera.colour={wanted}"]) for wanted in ("false", "true")
+        SmallRig(overrides=(*SMALL, f"camera.colour={wanted}")) for wanted in ("false", "true")
     )
     with plain.camera() as camera:
         grey = camera.grab(5.0)

@@ -155,8 +155,9 @@ def test_topics_of_ros_have_colour_beside_grey():
 def test_colour_of_a_calibrated_rig_is_rectified_as_the_grey_picture_is():
     run: Run = calibrated_run()
     random = np.random.default_rng(2)
-    grey = cv2.GaussianBlur(random.integers(0, 256, (100, 160), dtype=np.uint8), (0, 0), 2.0)
-    colour = np.stack([grey, grey, 255 - grey], axis=-1)
+    noise = random.integers(0, 256, (100, 160), dtype=np.uint8)
+    grey = np.asarray(cv2.GaussianBlur(noise, (0, 0), 2.0), np.uint8)
+    colour = np.stack([grey, grey, 255 - grey], axis=-1).astype(np.uint8)
     names = [view.name for view in run.profile.views]
     frames = tuple(Frame(name, grey, 1.0, 1, colour=colour) for name in names)
     reference = run.optics.reference_picture(colour)

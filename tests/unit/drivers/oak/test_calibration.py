@@ -57,4 +57,5 @@ def test_the_factory_calibration_is_that_of_the_pictures_that_are_taken():
 
 
 def test_a_device_that_does_not_know_all_its_sensors_knows_none():
-    assert factory_cameras(oak_d(), {"l": "CAM_B", "far": "CAM_D"}, (1280, 800)) is None
+    far = {"l": "CAM_B", "far": "CAM_D"}
+    assert factory_cameras(oak_d(), far, dict.fromkeys(far, (1280, 800))) is None

@@ -36,7 +36,7 @@ def yuv_of(red: float, green: float, blue: float) -> tuple[int, int, int]:
 def test_pairs_of_pixels_share_their_colour():
     y, u, v = yuv_of(*RGB)
     for name, four in (("YUYV", (y, u, y, v)), ("UYVY", (u, y, v, y))):
-        lines = np.pad(np.tile(np.uint8(four), (HEIGHT, WIDTH // 2)), ((0, 0), (0, 4)))
+        lines = np.pad(np.tile(np.array(four, np.uint8), (HEIGHT, WIDTH // 2)), ((0, 0), (0, 4)))
         found = of(lines, name, 2 * WIDTH + 4)
         assert found.shape == (HEIGHT, WIDTH, 3)
         assert np.abs(found.astype(int) - RGB).max() <= 2, name
@@ -45,7 +45,7 @@ def test_pairs_of_pixels_share_their_colour():
 def test_nv12_has_its_colour_behind_the_luma():
     y, u, v = yuv_of(*RGB)
     luma = np.full((HEIGHT, WIDTH + 2), y, np.uint8)
-    chroma = np.tile(np.uint8((u, v)), (HEIGHT // 2, (WIDTH + 2) // 2))
+    chroma = np.tile(np.array((u, v), np.uint8), (HEIGHT // 2, (WIDTH + 2) // 2))
     found = of(np.concatenate([luma, chroma]), "NV12", WIDTH + 2)
     assert np.abs(found.astype(int) - RGB).max() <= 2
     with pytest.raises(PixelError, match="needed for 12 lines"):
@@ -53,7 +53,7 @@ def test_nv12_has_its_colour_behind_the_luma():
 
 
 def test_red_comes_first_whatever_the_order_of_the_bytes():
-    pixels = np.tile(np.uint8(RGB), (HEIGHT, WIDTH, 1))
+    pixels = np.tile(np.array(RGB, np.uint8), (HEIGHT, WIDTH, 1))
     assert (of(pixels, "RGB3", 3 * WIDTH) == RGB).all()
     assert (of(pixels[..., ::-1], "BGR3", 3 * WIDTH) == RGB).all()
     for name, data in (("RGB3", pixels), ("BGR3", pixels[..., ::-1])):
@@ -94,7 +94,7 @@ def packed(mosaic: np.ndarray, name: str) -> tuple[np.ndarray, int]:
 )
 def test_a_mosaic_of_one_colour_is_that_colour_everywhere(order: str, name: str):
     value = dict(zip("RGB", RGB, strict=True))
-    square = np.uint8([[value[order[0]], value[order[1]]], [value[order[2]], value[order[3]]]])
+    square = np.array([value[one] for one in order], np.uint8).reshape(2, 2)
     data, stride = packed(np.tile(square, (HEIGHT // 2, WIDTH // 2)), name)
     assert (of(data, name, stride) == RGB).all()
 
