@@ -22,7 +22,6 @@ from rig.geometry.rig_geometry import RigGeometry
 from rig.optics.calibrated_views import CalibratedViews
 from rig.optics.nominal import noise_of
 from rig.optics.optics import Pixels
-from rig.optics.quick_remap import QuickRemap
 from rig.optics.softening import softening_px
 from rig.profile import Profile
 
@@ -94,12 +93,18 @@ class CalibratedOptics:
         return cast("GreyImage", rounded.astype(kind))
 
     def reference_picture(self, image: Pixels) -> Pixels:
-        """Return the reference view's picture in the common frame, linear between pixels.
+        """Return the reference view's picture in the common frame, as sharp as it is.
 
         Raises:
             SlopeError: it does not fit the calibration.
         """
-        return self._reference_remap(image)
+        channels = [image] if image.ndim == 2 else list(np.moveaxis(image, -1, 0))
+        top = np.iinfo(image.dtype).max
+        moved = np.empty((*self.rectification.shape, len(channels)), image.dtype)
+        for number, channel in enumerate(channels):
+            exact = self._reference_resampler([channel])[0]
+            moved[..., number] = np.clip(np.rint(exact, out=exact), 0, top, out=exact)
+        return cast("Pixels", moved.reshape(*self.rectification.shape, *image.shape[2:]))
 
     def answered(self, slopes: SlopeMap) -> SlopeMap:
         """Take the answer from every pixel of the reference view that no camera shows."""
@@ -205,10 +210,10 @@ class CalibratedOptics:
         return np.stack(channels, axis=-1)
 
     @cached_property
-    def _reference_remap(self) -> QuickRemap:
+    def _reference_resampler(self) -> Resampler:
         camera = self.rectification.geometry.cameras[self._reference]
         map_px = self.rectification.raw_map_px(self._reference)
-        return QuickRemap(map_px, (camera.height_px, camera.width_px))
+        return Resampler([map_px], [(camera.height_px, camera.width_px)])
 
     @cached_property
     def _resampler(self) -> Resampler:

@@ -64,7 +64,7 @@ class Optics(Protocol):
     def reference_picture(self, image: Pixels) -> Pixels:
         """Return the reference view's picture, grey or in colour, at the pixels of the maps.
 
-        For people and clouds, linear between pixels; the estimator has `views`.
+        For people and clouds; the estimator has `views`.
 
         Args:
             image: (H, W) or (H, W, 3) as its camera gave it.
