@@ -93,12 +93,15 @@ def part_of(whole: RigGeometry, chosen: tuple[int, ...], reference: int) -> RigG
 
 @dataclass(frozen=True, slots=True)
 class Trial:
+    """Slopes of some views of the rig."""
+
     rectification: Rectification
     slopes: SlopeMap
 
     def scores(
         self, moment: Moment, reference: int, chosen: tuple[int, ...], outer_px: float
     ) -> str:
+        """Return how good they are, in words."""
         points_mm = seen_points_mm(moment, self.rectification, reference)
         depth_mm = self.depth_of(points_mm, moment, reference)
         a_px_mm = self.rectification.camera.fx_px * self.rectification.pitch_mm
@@ -111,14 +114,15 @@ class Trial:
         answered = np.isfinite(self.slopes.slope_px)
         both = counted & answered
         error_px = (whole_px - truth_px)[both]
-        ratio = np.abs(error_px) / self.slopes.sigma_px[both]
+        plain = both & ~np.array(hidden).any(axis=0)
+        ratio = (np.abs(whole_px - truth_px) / self.slopes.sigma_px)[plain]
         # One view step of this frame in px of the outer pair's disparity.
         wrong = np.abs(error_px) * outer_px / self.rectification.camera.fx_px > _WRONG_PX
         twice = beside & ((~of_pair).sum(axis=0) >= 2)
         return (
             f"answered {100 * answered[counted].mean():.1f} %, {100 * answered[beside].mean():.1f} "
             f"% beside edges ({100 * twice.sum() / max(beside.sum(), 1):.0f} % of it in two views);"
-            f" sigma {100 * np.median(self.slopes.sigma_px[both] / truth_px[both]):.3f} % of depth,"
+            f" sigma {100 * np.median((self.slopes.sigma_px / truth_px)[plain]):.3f} % of depth,"
             f" error over sigma {1.4826 * np.median(ratio):.2f}, wrong by over {_WRONG_PX:.0f} px "
             f"{100 * wrong.mean():.2f} %; of all pixels "
             f"{100 * wrong.sum() / counted.sum():.2f} %"
