@@ -1,9 +1,10 @@
 """Depth without a sweep: the curve of a calibration alone, stored or the device's own."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
-from rig.errors import CalibrationError, StoreError
-from rig.factory import FactoryCalibrated
+from rig.errors import CalibrationError, CurveError, StoreError
+from rig.factory import FactoryCalibrated, changed_calibration
 from rig.optics.calibrated import CalibratedOptics, calibrated_optics
 from rig.optics.calibrated_curve import curve_of_calibration
 from rig.optics.factory import factory_geometry
@@ -37,6 +38,31 @@ def completed_run(run: Run, device: object) -> Run:
     return replace(known, curve=curve_alone(known).within(run.profile))
 
 
+def require_same_calibration(run: Run, identity: Mapping[str, str]) -> None:
+    """Refuse a curve that was made while the device held another calibration of its own.
+
+    A device that has calibrated itself anew found its cameras elsewhere than they were.
+
+    Args:
+        run: with its curve.
+        identity: of the opened camera.
+
+    Raises:
+        CurveError: the device's own calibration has changed.
+    """
+    curve = run.curve
+    changed = None if curve is None else changed_calibration(curve.camera, identity)
+    if curve is None or changed is None:
+        return
+    before, now = str(curve.camera[changed]), identity[changed]
+    raise CurveError(
+        f"{curve.title} was made while the device held the calibration {before[:8]}..., it holds "
+        f"{now[:8]}... now: it was calibrated anew or written since",
+        advice=f"run `rig check {run.profile.name}`, then `rig sweep {run.profile.name}`; or write "
+        "the calibration of then back into the device",
+    )
+
+
 def curve_alone(run: Run) -> RunCurve:
     """Return the curve that the calibration of a run gives by itself, without any sweep.
 
@@ -63,4 +89,6 @@ def curve_alone(run: Run) -> RunCurve:
         max_sigma_pct=profile.quality.depth_sigma_pct,
         source=calibration_in_words(source),
     )
-    return RunCurve(None, curve, None, alone=source)
+    camera = {} if stored is None else stored.devices.get("camera")
+    known = dict(camera) if isinstance(camera, Mapping) else {}
+    return RunCurve(None, curve, None, alone=source, camera=known)

@@ -4,9 +4,13 @@ A camera that knows it keeps `FactoryCalibrated` besides `rig.devices.Camera`; a
 have the property.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
+
+CALIBRATION_SHA256 = "calibration_sha256"
+"""Key of `Device.identity` of a device that holds a calibration of its own: tells whether it is
+still the same."""
 
 Matrix = tuple[tuple[float, ...], ...]
 
@@ -37,3 +41,19 @@ class FactoryCalibrated(Protocol):
     def factory_calibration(self) -> Sequence[FactoryCamera] | None:
         """Every view in the order of the camera's; None where the opened device holds none."""
         ...
+
+
+def changed_calibration(before: Mapping[str, object], now: Mapping[str, object]) -> str | None:
+    """Return the key under which two identities hold different calibrations of their devices.
+
+    Args:
+        before: identity of the camera then.
+        now: identity of the camera now.
+
+    Returns:
+        None where nothing differs, or one of them does not tell it.
+    """
+    for key, value in before.items():
+        if key.rpartition(".")[2] == CALIBRATION_SHA256 and now.get(key, value) != value:
+            return key
+    return None

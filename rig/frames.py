@@ -1,12 +1,18 @@
 """Images with their time: what a camera gives."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import cast
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 GreyImage = NDArray[np.uint8] | NDArray[np.uint16]
+ColourImage = NDArray[np.uint8]
+"""(H, W, 3) red, green and blue."""
+Pictures: TypeAlias = Sequence[GreyImage] | GreyImage
+"""One (H, W) picture per view, each as its camera gave it: views may differ in size. An array
+(V, H, W) where all are of one size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +34,18 @@ class Frame:
     uncertainty_s: float = 0.0
     """How much earlier than `timestamp_s` the middle of the exposure may have been: the driver of
     the device tells when the image was complete, but not how long that took."""
+    colour: ColourImage | None = None
+    """The same picture in colour, of the same read-out and pixel by pixel; None where the camera
+    has none. Targets are measured in `image`."""
 
     def __post_init__(self) -> None:
         image = self.image.view()
         image.flags.writeable = False
         object.__setattr__(self, "image", image)
+        if self.colour is not None:
+            colour = self.colour.view()
+            colour.flags.writeable = False
+            object.__setattr__(self, "colour", colour)
 
     @property
     def began_s(self) -> float:
@@ -64,6 +77,7 @@ class MultiView:
         """Mean mid-exposure time of the views."""
         return sum(frame.timestamp_s for frame in self.frames) / len(self.frames)
 
-    def stack(self) -> GreyImage:
-        """Return all images as one array (V, H, W), in the camera's order."""
-        return cast("GreyImage", np.stack([frame.image for frame in self.frames]))
+    @property
+    def images(self) -> tuple[GreyImage, ...]:
+        """The images, each of its camera's own size, in the camera's order."""
+        return tuple(frame.image for frame in self.frames)

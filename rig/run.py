@@ -1,6 +1,7 @@
 """One rig as a run uses it, and how far the curve of the run can be trusted."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -37,6 +38,8 @@ class RunCurve:
     """Where it would be valid if `slopes.range_mm` did not end it earlier."""
     holdout_rms_mm: float | None = None
     """Rms error of the board's plane at the distances that its fit has not seen; None without."""
+    camera: Mapping[str, object] = field(default_factory=dict[str, object], compare=False)
+    """Identity of the camera that it was made with; empty where nothing is stored of it."""
 
     @property
     def title(self) -> str:

@@ -3,10 +3,11 @@
 Every verb comes through here, with the one store that it has opened.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, cast
 
 from rig.calibration_alone import curve_alone
 from rig.curve import Curve
@@ -137,7 +138,8 @@ def find_curve(store: "Store", run: Run, curve_id: int | None = None) -> RunCurv
         StoreError: there is none.
     """
     stored = store.active_curve(run.profile.name) if curve_id is None else store.curve(curve_id)
-    require_matching(run, stored_profile(store.sweep(stored.sweep_id)), stored)
+    sweep = store.sweep(stored.sweep_id)
+    require_matching(run, stored_profile(sweep), stored)
     rows = None if stored.row_errors is None else ROW_ERRORS_JSON.from_json(stored.row_errors)
     rms_mm = stored.holdout.get("rms_mm")
     return RunCurve(
@@ -146,7 +148,14 @@ def find_curve(store: "Store", run: Run, curve_id: int | None = None) -> RunCurv
         stored.sweep_id,
         rows,
         holdout_rms_mm=rms_mm if isinstance(rms_mm, float) else None,
+        camera=camera_identity(sweep),
     )
+
+
+def camera_identity(stored: Sweep | StoredCalibration) -> Mapping[str, object]:
+    """Return what the camera of a sweep or a calibration said of itself; empty for nothing."""
+    told = stored.devices.get("camera")
+    return cast("Mapping[str, object]", told) if isinstance(told, Mapping) else {}
 
 
 def stored_profile(stored: Sweep | StoredCalibration) -> Profile:

@@ -1,10 +1,14 @@
 """Colour against luminance: texture of one luminance, tinted texture, and hci-dino in colour."""
 
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
+from rig_drivers.v4l2.colour import to_colour
+from rig_drivers.v4l2.pixels import to_grey
 
 from benchmarks.slopes.dino import dino_folder, load_dino
 from benchmarks.slopes.scenes import DENSE, Layout, Recipe, Scene, surfaces_of
@@ -19,6 +23,7 @@ from tests.support.lightfield import (
     true_slope_px,
 )
 
+Pixels = NDArray[np.uint8]
 Paint = Callable[[Field, int, int], Field]
 
 _LUMINANCE = np.array([0.299, 0.587, 0.114])
@@ -30,33 +35,80 @@ _RECIPES = (
 
 
 def colour() -> None:
-    """Print what colour brings over luminance of the same frames."""
-    print(
-        f"{'scene':32} {'frames':10} {'BP.01':>6} {'BP.03':>6} {'BP.07':>6} {'MSEx100':>8} "
-        f"{'edge':>6} {'sigma':>6}"
-    )
+    """Print what colour brings over luminance: of three whole channels, and as cameras give it."""
+    _head()
     for scene in _scenes():
         luminance = np.rint(scene.views.images @ _LUMINANCE).astype(np.uint8)
-        for name, images in (("luminance", luminance), ("colour", scene.views.images)):
-            found = estimate_slopes(replace(scene.views, images=images), scene.range_px)
-            s = score(
-                found.slope_px, found.sigma_px, scene.slope_px, scene.range_px, scene.border_px
-            )
-            print(
-                f"{scene.name:32} {name:10} {s.bad_001:6.2f} {s.bad_003:6.2f} {s.bad_007:6.2f} "
-                f"{s.mse_100:8.3f} {s.edge_bad:6.2f} {s.sigma_ratio:6.2f}",
-                flush=True,
-            )
+        _compare(scene, scene.name, luminance, scene.views.images)
+    print("\nas cameras give it: grey and colour of one read-out")
+    _head()
+    for scene in _rendered():
+        for kind, pixel_format, sent in (("mosaic", "RGGB", _mosaic), ("4:2:2", "YUYV", _yuyv)):
+            frames = [_read(sent(picture), pixel_format) for picture in scene.views.images]
+            grey, coloured = (np.stack(one) for one in zip(*frames, strict=True))
+            _compare(scene, f"{kind}, {scene.name}", grey, coloured)
+
+
+def _head() -> None:
+    print(
+        f"{'scene':40} {'frames':10} {'BP.01':>6} {'BP.03':>6} {'BP.07':>6} {'MSEx100':>8} "
+        f"{'edge':>6} {'sigma':>6} {'CPU s':>6}"
+    )
+
+
+def _compare(
+    scene: Scene, title: str, grey: NDArray[np.uint8], coloured: NDArray[np.generic]
+) -> None:
+    for name, images in (("grey", grey), ("colour", coloured)):
+        views = replace(scene.views, images=images)
+        began_s = time.process_time()
+        found = estimate_slopes(views, scene.range_px)
+        took_s = time.process_time() - began_s
+        s = score(found.slope_px, found.sigma_px, scene.slope_px, scene.range_px, scene.border_px)
+        print(
+            f"{title:40} {name:10} {s.bad_001:6.2f} {s.bad_003:6.2f} {s.bad_007:6.2f} "
+            f"{s.mse_100:8.3f} {s.edge_bad:6.2f} {s.sigma_ratio:6.2f} {took_s:6.2f}",
+            flush=True,
+        )
+
+
+def _mosaic(picture: Pixels) -> Pixels:
+    """What a sensor with a mosaic of colours counts of red, green and blue (H, W, 3)."""
+    mosaic = picture[..., 1].copy()
+    mosaic[::2, ::2], mosaic[1::2, 1::2] = picture[::2, ::2, 0], picture[1::2, 1::2, 2]
+    return mosaic
+
+
+def _yuyv(picture: Pixels) -> Pixels:
+    """The picture as a webcam sends it: every two pixels share their colour (BT.601)."""
+    whole = cv2.cvtColor(picture, cv2.COLOR_RGB2YUV_YUY2)
+    return np.asarray(whole, np.uint8)
+
+
+def _read(sent: Pixels, pixel_format: str) -> tuple[Pixels, Pixels]:
+    """Grey and colour as the driver of V4L2 cameras reads them."""
+    height, width = sent.shape[:2]
+    data = np.ascontiguousarray(sent).reshape(-1)
+    agreed = {"width_px": width, "height_px": height, "bytes_per_line": data.size // height}
+    grey = to_grey(data, pixel_format, **agreed)
+    coloured = to_colour(data, pixel_format, **agreed)
+    if coloured is None:
+        raise ValueError(f"{pixel_format} has no colour")
+    return np.asarray(grey, np.uint8), coloured
 
 
 def _scenes() -> Iterator[Scene]:
-    for recipe in _RECIPES:
-        yield _render(recipe, "one luminance, ", _even)
-        yield _render(recipe, "tinted, ", _tinted)
+    yield from _rendered()
     folder = dino_folder()
     if folder is not None:
         for noise in (0.0, 3.0):
             yield load_dino(folder, noise, in_colour=True)
+
+
+def _rendered() -> Iterator[Scene]:
+    for recipe in _RECIPES:
+        yield _render(recipe, "one luminance, ", _even)
+        yield _render(recipe, "tinted, ", _tinted)
 
 
 def _render(recipe: Recipe, kind: str, paint: Paint) -> Scene:

@@ -6,15 +6,21 @@ from typing import Literal
 
 import numpy as np
 
+from rig.arrays import Float
 from rig.calibrate.sight import PictureSightings, all_sightings
 from rig.errors import CalibrationError
 from rig.geometry.bundle import Calibration, solve_rig
 from rig.geometry.bundle.solve import Fixed
 from rig.geometry.half_turn import agree_on_turns
 from rig.geometry.lens import LensModel
+from rig.geometry.mirrored import refuse_mirrored
 from rig.geometry.rig_geometry import RigGeometry
+from rig.geometry.sighting import Sighting
 from rig.profile import Profile
 from rig.targets import Target
+
+_AT_ODDS = frozenset({"unsynchronised", "moved", "bumped", "swapped", "outliers"})
+"""What views are suspected of that disagree about the board; mirrored pictures disagree too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,18 +58,58 @@ def solve(
             "pictures",
             advice="show the target to the cameras",
         )
-    sizes_px = pictures[0].sizes_px
-    points_mm = target.points_mm.reshape(-1, 3)
-    if not target.has_one_way_up:
-        sightings = list(agree_on_turns(sightings, points_mm, sizes_px, names))
+    board = _Board(
+        target.points_mm.reshape(-1, 3), pictures[0].sizes_px, names, target.has_one_way_up
+    )
+    try:
+        calibration = _solved(profile, board, sightings, pictures, choices)
+    except CalibrationError:
+        board.refuse_mirrored(sightings)
+        raise
+    if _AT_ODDS.intersection(reason.code for reason in calibration.verdict.reasons):
+        board.refuse_mirrored(sightings)
+    return calibration
+
+
+@dataclass(frozen=True, slots=True)
+class _Board:
+    """What the views look at, and how large their pictures are."""
+
+    points_mm: Float
+    sizes_px: tuple[tuple[int, int], ...]
+    names: tuple[str, ...]
+    has_one_way_up: bool
+
+    def one_way_up(self, sightings: Sequence[Sighting]) -> Sequence[Sighting]:
+        if self.has_one_way_up:
+            return sightings
+        return agree_on_turns(sightings, self.points_mm, self.sizes_px, self.names)
+
+    def refuse_mirrored(self, sightings: Sequence[Sighting]) -> None:
+        refuse_mirrored(
+            sightings,
+            self.points_mm,
+            self.sizes_px,
+            self.names,
+            has_one_way_up=self.has_one_way_up,
+        )
+
+
+def _solved(
+    profile: Profile,
+    board: _Board,
+    sightings: Sequence[Sighting],
+    pictures: Sequence[PictureSightings],
+    choices: SolveChoices,
+) -> Calibration:
     stage_mm = {
         one.number: one.stage_mm for one in pictures if one.stage_mm is not None and one.sightings
     }
     return solve_rig(
-        sightings,
-        points_mm,
-        sizes_px,
-        names,
+        board.one_way_up(sightings),
+        board.points_mm,
+        board.sizes_px,
+        board.names,
         profile.reference,
         stage_mm=stage_mm or None,
         lens=choices.lens,

@@ -30,7 +30,10 @@ def write_picture(path: Path, shown: DepthFrame, reference: int) -> Path:
     frame, image = shown.views.frames[reference], shown.image
     if image.dtype != np.uint8:
         image = cv2.convertScaleAbs(image, alpha=255.0 / frame.full_scale)
-    left = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
+    if shown.colour is None:
+        left = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
+    else:
+        left = cv2.cvtColor(shown.colour, cv2.COLOR_RGB2BGR)
     if shown.depth is None:
         values, unit, near_is_large = shown.slopes.slope_px, "px per view step", True
     else:

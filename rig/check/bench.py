@@ -83,7 +83,7 @@ def see(optics: Optics, target: Target, multiview: MultiView, reached_mm: float)
     by_view = tuple(search_board(frame.image, target) for frame in multiview.frames)
     slope: BoardSlope | None
     try:
-        slope = fit_board_slope(optics.board_views(multiview.stack()), by_view)
+        slope = fit_board_slope(optics.board_views(multiview.images), by_view)
     except (TargetError, SlopeError):  # the views tell why
         slope = None
     return BoardAtStop(reached_mm, multiview, by_view, slope)

@@ -117,7 +117,7 @@ def compare_distances(
     for sample in samples:
         if sample.stop.distance_mm in errors or sample.key not in measurements:
             continue
-        views = replace(optics.views(load(sample).stack()), row_errors=curve.row_errors)
+        views = replace(optics.views(load(sample).images), row_errors=curve.row_errors)
         board = BoardPlane.of(measurements[sample.key], views.shape)
         if board is None:
             continue

@@ -67,7 +67,7 @@ class _Frame:
     @classmethod
     def of(cls, run: Run, multiview: MultiView) -> "_Frame":
         """Rectify a multi-view and bring its rows together; see `compare_frames`."""
-        views = expecting_rows(run, run.optics.views(multiview.stack()))
+        views = expecting_rows(run, run.optics.views(multiview.images))
         found = estimate_slopes(views, run.range_px).mending
         require_same_rows(run, found)
         if found is None or len(found.rows.fields) != len(views.images):
@@ -128,7 +128,7 @@ def compare_frames(run: Run, multiviews: Iterable[MultiView]) -> FrameComparison
         baseline_steps=pair.baseline_steps,
         disparities_px=(first_px, first_px + count - 1),
         scores=tuple(scores),
-        image=run.optics.pictures(series[0].stack())[profile.reference],
+        image=run.optics.pictures(series[0].images)[profile.reference],
         maps={name: _answer(run, one) for name, one in shown.items()},
     )
 

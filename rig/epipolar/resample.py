@@ -15,6 +15,7 @@ import threading
 from collections.abc import Sequence
 from typing import TypeAlias
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,10 +37,18 @@ class Resampler:
     Args:
         raw_px: per view (H, W, 2) raw pixel (x, y) of every rectified pixel; NaN for none.
         raw_shapes: per view height and width of its raw pictures.
+        soft_px: per view 1 sigma of a Gaussian that softens its raw pictures first, 0 for none;
+            None: none.
     """
 
-    def __init__(self, raw_px: Sequence[Float], raw_shapes: Sequence[tuple[int, int]]) -> None:
+    def __init__(
+        self,
+        raw_px: Sequence[Float],
+        raw_shapes: Sequence[tuple[int, int]],
+        soft_px: Sequence[float] | None = None,
+    ) -> None:
         self._shapes = tuple(raw_shapes)
+        self._soft_px = tuple(soft_px or [0.0] * len(self._shapes))
         self._one_at_a_time = threading.Lock()
         height, width = raw_px[0].shape[:2]
         views = len(raw_px)
@@ -85,8 +94,11 @@ class Resampler:
                 )  # fmt: skip
 
         with self._one_at_a_time:
-            for padded, image in zip(self._padded, images, strict=True):
-                padded[_PAD:-_PAD, _PAD:-_PAD] = image
+            for padded, image, soft_px in zip(self._padded, images, self._soft_px, strict=True):
+                inner = padded[_PAD:-_PAD, _PAD:-_PAD]
+                inner[:] = image
+                if soft_px > 0.0:
+                    inner[:] = cv2.GaussianBlur(inner, (0, 0), soft_px)
                 _repeat_border(padded)
             run_in_bands(work, height)
         return out

@@ -55,10 +55,12 @@ class Rosbag2Export:
         with _bag(bag, messages) as write:
             write(messages.transforms(scene, _time_ns(first)), _time_ns(first))
             for frame in _chain(first, captured):
-                seen = depth.of(frame.depth_mm, frame.sigma_mm, frame.label)
+                colour = frame.colour
+                seen = depth.of(frame.depth_mm, frame.sigma_mm, frame.label, colour)
                 pictures = {} if frame.image is None else {VIEW: frame.image}
+                colours = {} if colour is None else {VIEW: colour}
                 time_ns = _time_ns(frame)
-                for message in messages.of(pictures, seen, scene, time_ns):
+                for message in messages.of(pictures, seen, scene, time_ns, colours):
                     write(message, time_ns)
                 count += 1
                 points += 0 if seen.points is None else len(seen.points)

@@ -1,6 +1,6 @@
 """Which way up each view has taken a board that looks the same after half a turn."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,9 +10,10 @@ from rig.errors import CalibrationError
 from rig.geometry.bundle.start_cameras import BoardPoints, board_pose, guess_camera
 from rig.geometry.sighting import Sighting
 
-_Key = tuple[int, int]
+Rotations = Mapping[tuple[int, int], Float]
+"""(3, 3) cam_from_board by picture and view."""
 
-_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
+HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 _APART_RAD = np.radians(40.0)
 """Rotations between two views further apart than this are two answers, not one."""
 _CLEARLY = 2.0
@@ -41,13 +42,13 @@ def agree_on_turns(
     Raises:
         CalibrationError: the pictures fit both ways, because the board never turns in them.
     """
-    turned = _poses(sightings, points_mm, sizes_px)
-    flipped: dict[_Key, bool] = {}
+    turned = first_rotations(sightings, points_mm, sizes_px)
+    flipped: dict[tuple[int, int], bool] = {}
     settled: list[int] = []
     waiting = list(range(len(names)))
     while waiting:
         shared = [
-            (len(_shared(turned, view, other)), -view, -other)
+            (len(shared_pictures(turned, view, other)), -view, -other)
             for view in waiting
             for other in settled
         ]
@@ -64,11 +65,11 @@ def agree_on_turns(
     )
 
 
-def _poses(
+def first_rotations(
     sightings: Sequence[Sighting], points_mm: Float, sizes_px: Sequence[tuple[int, int]]
-) -> dict[_Key, Float]:
-    """Rotation cam_from_board by picture and view, from first guesses of the cameras."""
-    rotations: dict[_Key, Float] = {}
+) -> Rotations:
+    """Rotations of the boards, from first guesses of the cameras; without those that fit none."""
+    rotations: dict[tuple[int, int], Float] = {}
     for view, size_px in enumerate(sizes_px):
         own = [s for s in sightings if s.view == view]
         if not own:
@@ -82,7 +83,8 @@ def _poses(
     return rotations
 
 
-def _shared(rotations: dict[_Key, Float], view: int, other: int) -> list[int]:
+def shared_pictures(rotations: Rotations, view: int, other: int) -> list[int]:
+    """Pictures in which both views show the board."""
     return sorted(p for p, v in rotations if v == view and (p, other) in rotations)
 
 
@@ -95,23 +97,23 @@ class _Answer:
 
 
 def _turns_between(
-    rotations: dict[_Key, Float],
-    flipped: dict[_Key, bool],
+    rotations: Rotations,
+    flipped: dict[tuple[int, int], bool],
     view: int,
     other: int,
     names: Sequence[str],
 ) -> dict[int, bool]:
     """By picture, whether `view` took the board half a turn away from what `other` did."""
-    pictures = _shared(rotations, view, other)
+    pictures = shared_pictures(rotations, view, other)
     both = np.stack(
         [
             [rotations[p, view] @ turn @ _settled(rotations, flipped, p, other).T for turn in turns]
             for p in pictures
-            for turns in [(np.eye(3), _HALF_TURN)]
+            for turns in [(np.eye(3), HALF_TURN)]
         ]
     )
     answers = sorted(
-        (_Answer(r, _spread_rad(both, r)) for r in both.reshape(-1, 3, 3)),
+        (_Answer(r, spread_rad(both, r)) for r in both.reshape(-1, 3, 3)),
         key=lambda answer: answer.spread_rad,
     )
     best = answers[0]
@@ -131,15 +133,15 @@ def _turns_between(
 
 
 def _settled(
-    rotations: dict[_Key, Float], flipped: dict[_Key, bool], picture: int, view: int
+    rotations: Rotations, flipped: dict[tuple[int, int], bool], picture: int, view: int
 ) -> Float:
     own = rotations[picture, view]
-    return own @ _HALF_TURN if flipped.get((picture, view)) else own
+    return own @ HALF_TURN if flipped.get((picture, view)) else own
 
 
-def _spread_rad(both: Float, rotation: Float) -> float:
-    """Median over pictures of the angle to the nearer of both ways."""
-    angles = np.stack([_angles_rad(both[:, way], rotation) for way in (0, 1)], axis=1)
+def spread_rad(ways: Float, rotation: Float) -> float:
+    """Median over pictures (N, W, 3, 3) of the angle between a rotation and the nearest way."""
+    angles = np.stack([_angles_rad(way, rotation) for way in np.swapaxes(ways, 0, 1)], axis=1)
     return float(np.median(angles.min(axis=1)))
 
 

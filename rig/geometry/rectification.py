@@ -121,6 +121,14 @@ class Rectification:
         flat = self.raw_px(view, np.stack([x.ravel(), y.ravel()], axis=1))
         return flat.reshape(height, width, 2)
 
+    def finer(self, view: int) -> float:
+        """Raw pixels of a view per rectified pixel, along a line in the middle of its picture."""
+        square = _middle_px(self.geometry.cameras[view]) + np.array(
+            [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
+        )
+        here, right, below = self.rectified_px(view, square)
+        return float(abs(np.linalg.det([right - here, below - here])) ** -0.5)
+
     def depth_ratio(self, reference_px: Float) -> Float:
         """Depth along the reference camera's +z over depth along the common frame's z.
 
@@ -202,9 +210,10 @@ class Rectification:
 def rectify(geometry: RigGeometry, pitch_mm: float) -> Rectification:
     """Choose the common frame of a rig.
 
-    The focal length is the mean over all views, the picture as large as that of the reference
-    view. Principal points differ from view to view in proportion to the views' places, so that
-    lines stay straight, and as nearly as that allows such that every picture keeps its middle.
+    The focal length is that of the reference view and the picture as large as its own, whatever
+    the other views are. Principal points differ from view to view in proportion to the views'
+    places, so that lines stay straight, and as nearly as that allows such that every picture keeps
+    its middle.
 
     Args:
         geometry: the calibrated rig.
@@ -220,10 +229,9 @@ def rectify(geometry: RigGeometry, pitch_mm: float) -> Rectification:
         raise ConfigError(
             "all cameras of the calibration stand at one place", advice="slopes need a baseline"
         )
-    cameras = geometry.cameras
-    focal_px = float(np.mean([(c.fx_px + c.fy_px) / 2.0 for c in cameras]))
+    reference = geometry.cameras[geometry.reference]
+    focal_px = (reference.fx_px + reference.fy_px) / 2.0
     middle_px, per_mm = _principal_points(geometry, common_from_reference, places_mm, focal_px)
-    reference = cameras[geometry.reference]
     steps = places_mm / pitch_mm
     return Rectification(
         geometry=geometry,
@@ -285,12 +293,17 @@ def _principal_points(
     """Principal point of the reference view, and by how much it moves per mm of a view's place."""
     rows: list[Float] = []
     wanted: list[Float] = []
+    common_px = _middle_px(geometry.cameras[geometry.reference])
     for view, camera in enumerate(geometry.cameras):
-        middle_px = np.array([(camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0])
-        ray = np.array([*camera.unproject(middle_px[None])[0], 1.0])
+        ray = np.array([*camera.unproject(_middle_px(camera)[None])[0], 1.0])
         direction = common_from_reference @ geometry.cam_from_reference[view].rotation.T @ ray
-        wanted.append(middle_px - focal_px * direction[:2] / direction[2])
+        wanted.append(common_px - focal_px * direction[:2] / direction[2])
         rows.append(np.column_stack([np.eye(2), places_mm[view, :2]]))
     solved, *_ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(wanted), rcond=None)
     fitted = np.asarray(solved, np.float64)
     return fitted[:2], float(fitted[2])
+
+
+def _middle_px(camera: CameraModel) -> Float:
+    """(2,) middle of a camera's picture."""
+    return np.array([(camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0])

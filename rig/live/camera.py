@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Self
 
-from rig.calibration_alone import completed_run
+from rig.calibration_alone import completed_run, require_same_calibration
 from rig.devices import Camera, Clock
 from rig.errors import CameraUseError, ViewSkewError
 from rig.live.feed import Feed
@@ -69,6 +69,7 @@ class DepthCamera:
         Raises:
             CameraUseError: it is or was open.
             ConfigError: nothing tells which slopes the distances of the profile are.
+            CurveError: the device's own calibration is another one than when the curve was made.
             DeviceError: the device is not there or does not answer.
             StoreError: nothing is stored that tells depth, and the device holds no calibration.
         """
@@ -80,6 +81,7 @@ class DepthCamera:
                 )
             device, clock = self._stack.enter_context(self._door())
             try:
+                require_same_calibration(self.run, device.identity)
                 self.run = completed_run(self.run, device)
                 meter = DepthMeter(self.run)
             except BaseException:

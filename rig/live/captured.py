@@ -141,7 +141,7 @@ class CapturedFrame:
     def colour(self) -> NDArray[np.uint8] | None:
         """(H, W, 3) red, green and blue at the pixels of the maps, of `colour_NNNNN.png`.
 
-        None where there is no such file: the cameras that rig drives today are grey.
+        None where there is no such file: the camera gave no colour.
 
         Raises:
             StoreError: it is a recording, or the file is no picture in colour.

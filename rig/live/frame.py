@@ -11,7 +11,7 @@ from rig.arrays import Float
 from rig.depth import DepthMap
 from rig.epipolar import SlopeMap
 from rig.errors import CalibrationError, CurveError
-from rig.frames import GreyImage, MultiView
+from rig.frames import ColourImage, GreyImage, MultiView
 from rig.geometry.pinhole import Pinhole
 
 
@@ -48,6 +48,9 @@ class DepthFrame:
     measuring_s: float = math.nan
     """How long rectifying and estimating took; the rest of `latency_s` was waiting. NaN where
     nobody measured that."""
+    colour: ColourImage | None = None
+    """(H, W, 3) red, green and blue of the reference view, at the pixels of the depth map; None
+    where its camera gives no colour."""
 
     @property
     def depth_mm(self) -> NDArray[np.float32]:
@@ -74,11 +77,6 @@ class DepthFrame:
         Of the depth; of the slopes where the camera was opened without a curve.
         """
         return self.slopes.label if self.depth is None else self.depth.label
-
-    @property
-    def colour(self) -> NDArray[np.uint8] | None:
-        """None: every camera that rig drives today hands grey values over."""
-        return None
 
     @property
     def camera(self) -> Pinhole:

@@ -12,7 +12,8 @@ from rig.depth import DepthMap, depth_from_slopes
 from rig.epipolar import Placement, RectifiedViews, SlopeMap, SlopePrior
 from rig.epipolar.mending.mending import Mending
 from rig.epipolar.mending.usable import moving_views
-from rig.frames import GreyImage, MultiView
+from rig.errors import SlopeError
+from rig.frames import ColourImage, GreyImage, MultiView
 from rig.geometry.pinhole import Pinhole
 from rig.live.frame import DepthFrame
 from rig.live.frozen import frozen_views
@@ -32,17 +33,38 @@ class Rectified:
     views: RectifiedViews
     took_s: float
     """How long that took."""
+    colour: ColourImage | None = None
+    """(H, W, 3) of the reference view; None where its camera gives none."""
 
 
 def rectified(run: Run, taken: Taken) -> Rectified:
     """Bring a multi-view into the common frame; any number of threads may do so.
 
     Raises:
-        SlopeError: the pictures do not fit the calibration.
+        SlopeError: the pictures do not fit the calibration, or have no colour where the profile
+            wants slopes of it.
     """
     begun_s = time.perf_counter()
-    views = run.optics.views([frame.image for frame in taken.views.frames])
-    return Rectified(taken, views, time.perf_counter() - begun_s)
+    frames = taken.views.frames
+    if run.profile.slopes.colour:
+        views = run.optics.views(_colours(taken.views))
+    else:
+        views = run.optics.views(taken.views.images)
+    colour = frames[views.reference].colour
+    if colour is not None:
+        colour = run.optics.reference_picture(colour)
+    return Rectified(taken, views, time.perf_counter() - begun_s, colour)
+
+
+def _colours(multiview: MultiView) -> list[ColourImage]:
+    grey = [frame.view for frame in multiview.frames if frame.colour is None]
+    if grey:
+        raise SlopeError(
+            f"asked for slopes of pictures in colour (slopes.colour), {', '.join(grey)} of "
+            f"{len(multiview.frames)} views came in grey",
+            advice="remove slopes.colour, or let the cameras give colour",
+        )
+    return [frame.colour for frame in multiview.frames if frame.colour is not None]
 
 
 class DepthMeter:
@@ -129,13 +151,14 @@ class DepthMeter:
             index=self._index,
             views=multiview,
             slopes=slopes,
-            image=_picture(given.views, multiview),
+            image=_picture(run, given.views, multiview),
             time_ns=given.taken.time_ns,
             latency_s=given.taken.age_s + ended_s - given.taken.handed_over_s,
             measuring_s=given.took_s + ended_s - begun_s,
             rig=run.profile.name,
             depth=depth,
             pinhole=self._pinhole(slopes.slope_px.shape),
+            colour=given.colour,
         )
         self._index += 1
         return self._processing.finished(frame)
@@ -164,9 +187,11 @@ def pinhole_of(run: Run, shape: tuple[int, ...]) -> Pinhole | None:
     return run.optics.pinhole((shape[1], shape[0]), focal_px)
 
 
-def _picture(views: RectifiedViews, multiview: MultiView) -> GreyImage:
+def _picture(run: Run, views: RectifiedViews, multiview: MultiView) -> GreyImage:
     """The reference view at the pixels of the maps, in the type that the camera gave it in."""
     taken = multiview.frames[views.reference].image
+    if views.is_colour:
+        return run.optics.reference_picture(taken)
     rectified = views.images[views.reference]
     if rectified.dtype == taken.dtype:
         return taken  # nothing was resampled

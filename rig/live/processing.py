@@ -13,7 +13,7 @@ from rig.depth.processing.holes import filled
 from rig.depth.processing.region import Region, estimate_around
 from rig.depth.processing.temporal import SlopeFilter
 from rig.epipolar import Label, RectifiedViews, SlopeMap, SlopePrior, estimate_slopes
-from rig.frames import GreyImage
+from rig.frames import ColourImage, GreyImage
 from rig.live.frame import DepthFrame
 from rig.stored import Run
 
@@ -93,6 +93,7 @@ def cut(frame: DepthFrame, region: Region) -> DepthFrame:
     return replace(
         frame,
         image=part(frame.image),
+        colour=None if frame.colour is None else part(frame.colour),
         slopes=replace(
             slopes,
             slope_px=part(slopes.slope_px),
@@ -115,5 +116,11 @@ def _decimated(frame: DepthFrame, factor: int, jump_px: float) -> DepthFrame:
         slopes=slopes,
         depth=depth,
         image=cast("GreyImage", decimated_picture(frame.image, factor)),
+        colour=None if frame.colour is None else _decimated_colour(frame.colour, factor),
         pinhole=None if frame.pinhole is None else frame.pinhole.decimated(factor),
     )
+
+
+def _decimated_colour(colour: ColourImage, factor: int) -> ColourImage:
+    channels = [decimated_picture(colour[..., c], factor) for c in range(3)]
+    return np.stack(channels, axis=-1).astype(np.uint8)

@@ -15,12 +15,14 @@ from rig.epipolar.board.lines import BoardViews
 from rig.epipolar.noise.model import NoiseModel, estimate_noise
 from rig.epipolar.resample import Resampler
 from rig.errors import ConfigError
-from rig.frames import GreyImage
+from rig.frames import GreyImage, Pictures
 from rig.geometry.pinhole import Pinhole
 from rig.geometry.rectification import Rectification, rectify
 from rig.geometry.rig_geometry import RigGeometry
 from rig.optics.calibrated_views import CalibratedViews
 from rig.optics.nominal import noise_of
+from rig.optics.optics import Pixels
+from rig.optics.softening import softening_px
 from rig.profile import Profile
 
 _MISPLACED = 0.25
@@ -60,33 +62,49 @@ class CalibratedOptics:
         """(V,)."""
         return self.rectification.y_steps
 
-    def board_views(self, images: GreyImage) -> BoardViews:
-        """Return raw pictures (V, H, W) and the way into them.
+    def board_views(self, images: Pictures) -> BoardViews:
+        """Return raw pictures and the way into them.
 
         Raises:
             SlopeError: the images do not fit the calibration.
         """
         return CalibratedViews(images, self.rectification)
 
-    def views(self, images: Sequence[GreyImage] | GreyImage) -> RectifiedViews:
+    def views(self, images: Pictures) -> RectifiedViews:
         """Return rectified views, float32.
 
         Raises:
             SlopeError: the images do not fit the calibration.
         """
+        reference = images[self._reference]
+        known = self.noise if reference.ndim == 2 else None  # it was measured in grey values
         return RectifiedViews(
-            images=self._resampler(list(images)),
+            images=self._resampled(list(images)),
             x_steps=self.rectification.x_steps,
             y_steps=self.rectification.y_steps,
             reference=self._reference,
-            noise=self.noise or _estimated_noise(images[self._reference]),
+            noise=known or _estimated_noise(reference),
         )
 
-    def pictures(self, images: GreyImage) -> GreyImage:
-        """Return pictures (V, H, W) for people, rectified and of the type that they came in."""
-        top = np.iinfo(images.dtype).max
-        rounded = np.clip(np.rint(self.views(images).images), 0, top)
-        return cast("GreyImage", rounded.astype(images.dtype))
+    def pictures(self, images: Pictures) -> Pictures:
+        """Return pictures (V, H, W) for people, rectified and of the reference view's type."""
+        kind = images[self._reference].dtype
+        rounded = np.clip(np.rint(self.views(images).images), 0, np.iinfo(kind).max)
+        return cast("GreyImage", rounded.astype(kind))
+
+    def reference_picture(self, image: Pixels) -> Pixels:
+        """Return the reference view's picture in the common frame, as sharp as it is.
+
+        Raises:
+            SlopeError: it does not fit the calibration.
+        """
+        channels = [image] if image.ndim == 2 else list(np.moveaxis(image, -1, 0))
+        top = np.iinfo(image.dtype).max
+        moved = np.empty((*self.rectification.shape, len(channels)), image.dtype)
+        for number, channel in enumerate(channels):
+            exact = self._reference_resampler([channel])[0]
+            moved[..., number] = np.clip(np.rint(exact, out=exact), 0, top, out=exact)
+        return cast("Pixels", moved.reshape(*self.rectification.shape, *image.shape[2:]))
 
     def answered(self, slopes: SlopeMap) -> SlopeMap:
         """Take the answer from every pixel of the reference view that no camera shows."""
@@ -184,12 +202,26 @@ class CalibratedOptics:
         del size_px, focal_px
         return self.rectification.pinhole
 
+    def _resampled(self, images: Sequence[GreyImage]) -> NDArray[np.float32]:
+        """Of all views, (V, H, W), in colour (V, H, W, 3): each channel by itself."""
+        if images[self._reference].ndim == 2:
+            return self._resampler(images)
+        channels = [self._resampler([image[..., c] for image in images]) for c in range(3)]
+        return np.stack(channels, axis=-1)
+
+    @cached_property
+    def _reference_resampler(self) -> Resampler:
+        camera = self.rectification.geometry.cameras[self._reference]
+        map_px = self.rectification.raw_map_px(self._reference)
+        return Resampler([map_px], [(camera.height_px, camera.width_px)])
+
     @cached_property
     def _resampler(self) -> Resampler:
         cameras = self.rectification.geometry.cameras
         return Resampler(
             [self.rectification.raw_map_px(view) for view in range(len(cameras))],
             [(camera.height_px, camera.width_px) for camera in cameras],
+            softening_px([self.rectification.finer(view) for view in range(len(cameras))]),
         )
 
     @cached_property
@@ -217,7 +249,10 @@ def calibrated_optics(
 
 
 def _estimated_noise(image: GreyImage) -> NoiseModel:
-    return estimate_noise([np.asarray(image, np.float32)], step_levels=1.0)
+    """Of a picture as it was taken, grey (H, W) or in colour (H, W, 3): all channels together."""
+    values = np.asarray(image, np.float32)
+    channels = [values] if values.ndim == 2 else list(np.moveaxis(values, -1, 0))
+    return estimate_noise(channels, step_levels=1.0)
 
 
 def _require_same_views(profile: Profile, rectification: Rectification) -> None:

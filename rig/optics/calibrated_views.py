@@ -1,13 +1,13 @@
 """Pictures as the cameras gave them, with what is known about the cameras: nothing resampled."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from rig.arrays import Float
-from rig.epipolar.views import Image
 from rig.errors import SlopeError
+from rig.frames import Pictures
 from rig.geometry.rectification import Rectification
 
 
@@ -19,19 +19,18 @@ class CalibratedViews:
     pictures themselves.
     """
 
-    images: Image
-    """(V, H, W) raw, all of one type: uint8, uint16 or float32."""
+    images: Pictures
+    """Raw, each of its own camera's size."""
     rectification: Rectification
 
     def __post_init__(self) -> None:
         cameras = self.rectification.geometry.cameras
-        wanted = {(camera.height_px, camera.width_px) for camera in cameras}
-        if len(self.images) != len(cameras) or wanted != {self.images.shape[1:]}:
-            shapes = ", ".join(f"{width} x {height}" for height, width in sorted(wanted))
-            height, width = self.images.shape[1:]
+        wanted = [(camera.width_px, camera.height_px) for camera in cameras]
+        found = [(image.shape[1], image.shape[0]) for image in self.images]
+        if found != wanted:
             raise SlopeError(
-                f"{len(self.images)} pictures of {width} x {height} px given, the calibration is "
-                f"of {len(cameras)} cameras of {shapes} px",
+                f"{len(found)} pictures of {_listed(found)} px given, the calibration is of "
+                f"{len(wanted)} cameras of {_listed(wanted)} px",
                 advice="calibrate what is captured",
             )
 
@@ -89,3 +88,8 @@ class CalibratedViews:
             bend = self.rectification.line_px(view, here, slope_px) - (here - slope_px * step)
             common[view] = common[view] - bend
         return {view: common[view].T.reshape(xy.shape) for view, xy in xy_px.items()}
+
+
+def _listed(sizes_px: Sequence[tuple[int, int]]) -> str:
+    """Widths and heights, each size once, in the order of the views."""
+    return ", ".join(f"{width} x {height}" for width, height in dict.fromkeys(sizes_px))

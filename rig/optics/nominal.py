@@ -1,6 +1,5 @@
 """The cameras as the profile has them: pictures are taken as they are."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import cast
 
@@ -12,8 +11,10 @@ from rig.epipolar import RectifiedViews, SlopeMap
 from rig.epipolar.board.lines import BoardViews
 from rig.epipolar.noise.model import NoiseModel
 from rig.epipolar.views import Image
-from rig.frames import GreyImage
+from rig.errors import SlopeError
+from rig.frames import Pictures
 from rig.geometry.pinhole import Pinhole
+from rig.optics.optics import Pixels
 from rig.profile import Profile
 
 
@@ -40,23 +41,38 @@ class NominalOptics:
         """None: there is no calibration."""
         return
 
-    def board_views(self, images: GreyImage) -> BoardViews:
+    def board_views(self, images: Pictures) -> BoardViews:
         """Return the pictures as they are."""
         return self.views(images)
 
-    def views(self, images: Sequence[GreyImage] | GreyImage) -> RectifiedViews:
-        """Return the pictures as they are, with the places of their views."""
+    def views(self, images: Pictures) -> RectifiedViews:
+        """Return the pictures as they are, with the places of their views.
+
+        Raises:
+            SlopeError: they differ in size: only a calibration knows what brings them together.
+        """
+        sizes = {f"{image.shape[1]} x {image.shape[0]}" for image in images}
+        if len(sizes) > 1:
+            raise SlopeError(
+                f"slopes asked for of views of {', '.join(sorted(sizes))} px without a calibration",
+                advice="rig calibrate: it brings views of any size into one frame",
+            )
+        stacked = cast("Image", np.asarray(images))
         return RectifiedViews(
-            images=cast("Image", np.asarray(images)),
+            images=stacked,
             x_steps=self.x_steps,
             y_steps=self.y_steps,
             reference=self.reference,
-            noise=self.noise,
+            noise=self.noise if stacked.ndim == 3 else None,  # measured in grey values
         )
 
-    def pictures(self, images: GreyImage) -> GreyImage:
+    def pictures(self, images: Pictures) -> Pictures:
         """Return the pictures themselves."""
         return images
+
+    def reference_picture(self, image: Pixels) -> Pixels:
+        """Return the picture itself."""
+        return image
 
     def answered(self, slopes: SlopeMap) -> SlopeMap:
         """Return the slopes themselves: every pixel shows something."""
@@ -125,7 +141,7 @@ def nominal_optics(profile: Profile) -> NominalOptics:
         y_steps=np.array([view.y_steps for view in profile.views]),
         reference=profile.reference,
         noise=noise_of(profile),
-        size_px=profile.camera.size_px,
+        size_px=profile.camera.size_of(profile.views[profile.reference].name),
     )
 
 

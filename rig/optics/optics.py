@@ -1,7 +1,6 @@
 """What stands between the pictures of a rig and what the estimators measure."""
 
-from collections.abc import Sequence
-from typing import Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +9,11 @@ from rig.arrays import Float
 from rig.curve.physical import Physical
 from rig.epipolar import RectifiedViews, SlopeMap
 from rig.epipolar.board.lines import BoardViews
-from rig.frames import GreyImage
+from rig.frames import Pictures
 from rig.geometry.pinhole import Pinhole
+
+Pixels = TypeVar("Pixels", bound=NDArray[Any])
+"""A picture, (H, W) or (H, W, 3), that keeps its type."""
 
 
 class Optics(Protocol):
@@ -36,24 +38,40 @@ class Optics(Protocol):
         """(V,), below it."""
         ...
 
-    def board_views(self, images: GreyImage) -> BoardViews:
-        """Return pictures (V, H, W) for measuring a board: never resampled.
+    def board_views(self, images: Pictures) -> BoardViews:
+        """Return pictures for measuring a board: never resampled.
 
         Raises:
             SlopeError: the images do not fit the views or the calibration.
         """
         ...
 
-    def views(self, images: Sequence[GreyImage] | GreyImage) -> RectifiedViews:
+    def views(self, images: Pictures) -> RectifiedViews:
         """Return rectified views for the dense estimator.
 
+        Args:
+            images: per view (H, W) grey, or of all (H, W, 3) in colour.
+
         Raises:
             SlopeError: the images do not fit the views or the calibration.
         """
         ...
 
-    def pictures(self, images: GreyImage) -> GreyImage:
-        """Return pictures (V, H, W) for people, rectified and of the type that they came in."""
+    def pictures(self, images: Pictures) -> Pictures:
+        """Return pictures for people, rectified and of the type that they came in."""
+        ...
+
+    def reference_picture(self, image: Pixels) -> Pixels:
+        """Return the reference view's picture, grey or in colour, at the pixels of the maps.
+
+        For people and clouds; the estimator has `views`.
+
+        Args:
+            image: (H, W) or (H, W, 3) as its camera gave it.
+
+        Raises:
+            SlopeError: it does not fit the calibration.
+        """
         ...
 
     def answered(self, slopes: SlopeMap) -> SlopeMap:

@@ -4,11 +4,11 @@ from rig.profile.cameras import (
     CameraConfig,
     FolderCameraConfig,
     NoiseConfig,
-    OakCameraConfig,
     RecordingCameraConfig,
     SimCameraConfig,
 )
 from rig.profile.models import Profile, SweepConfig
+from rig.profile.oak_cameras import OakCameraConfig, OakPixels, OakSensorConfig
 from rig.profile.stages import (
     CommandStageConfig,
     GrblStageConfig,
@@ -43,6 +43,8 @@ __all__ = [
     "MarlinStageConfig",
     "NoiseConfig",
     "OakCameraConfig",
+    "OakPixels",
+    "OakSensorConfig",
     "Profile",
     "RecordingCameraConfig",
     "SerialStageConfig",

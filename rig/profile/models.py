@@ -43,6 +43,10 @@ class SlopeConfig(Model):
     range_mm: tuple[Positive, Positive] | None = None
     """Nearest and farthest distance to look for; slopes follow from the calibration or the curve of
     the run, and outside there is no depth."""
+    colour: bool = False
+    """Whether captures measure slopes in colour, for which all views must have it. It finds texture
+    that is of one brightness, is worse than grey on mosaics, and takes longer, the more so live;
+    sweeps measure in grey."""
 
     @model_validator(mode="after")
     def _one_range_that_has_a_length(self) -> Self:

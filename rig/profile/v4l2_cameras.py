@@ -15,6 +15,7 @@ ControlValue = bool | int | str
 # fmt: off
 V4l2PixelFormat = Literal[
     "GREY", "Y10", "Y12", "Y16", "Y10P", "Y12P", "YUYV", "UYVY", "NV12", "MJPG",
+    "RGB3", "BGR3",
     "BA81", "GBRG", "GRBG", "RGGB", "BG10", "GB10", "BA10", "RG10", "BG12", "GB12", "BA12", "RG12",
     "pBAA", "pGAA", "pgAA", "pRAA", "pBCC", "pGCC", "pgCC", "pRCC",
 ]
@@ -43,7 +44,11 @@ class V4l2CameraConfig(CameraConfig):
     pixel_format: V4l2PixelFormat
     """How the pixels come. Grey formats are best; of YUYV, UYVY and NV12 the luma is taken; MJPG
     loses detail and is last. 10 and 12 bits keep the sensor's counts (0..1023, 0..4095), packed (P)
-    or not. Bayer mosaics (RGGB, RG10, pRAA ...) become grey as (red + 2 green + blue) / 4."""
+    or not. Bayer mosaics (RGGB, RG10, pRAA ...) become grey as (red + 2 green + blue) / 4, RGB3 and
+    BGR3 as 0.299 red + 0.587 green + 0.114 blue."""
+    colour: bool = True
+    """Whether to keep the colour picture beside the grey one that is measured, where the pixel
+    format has colour; `false` spares the time of decoding it."""
     exposure_s: Positive | None = None
     """Exposure time; switches the automatism off. Steps of 0.0001 s. None leaves it alone, and
     the middle of the exposure is then known less well."""

@@ -38,6 +38,8 @@ class SensorConfig(Model):
 class ViewErrorConfig(Model):
     """How one true camera differs from the ideal one."""
 
+    focal_px: Positive | None = None
+    """True focal length of a view with another lens or other pixels, px."""
     gain: Positive = 1.0
     """Brightness relative to the ideal camera."""
     offset_levels: float = 0.0
@@ -45,7 +47,8 @@ class ViewErrorConfig(Model):
     shift_mm: Vector = (0.0, 0.0, 0.0)
     """Optical centre away from its nominal place: right, down, forward."""
     rotation_deg: Vector = (0.0, 0.0, 0.0)
-    """Rotation about the camera's x, y and z axis (Rodrigues vector)."""
+    """Rotation about the camera's x, y and z axis (Rodrigues vector); [0, 0, 180] stands upside
+    down."""
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
     """Brown-Conrady k1, k2, p1, p2, k3."""
 

@@ -26,6 +26,8 @@ from rig.recording.scene import CameraInfo, DepthImages, FrameTransform, Scene
 
 DEPTH: Final = "depth"
 """Where topics of the depth map lie; no view may be called so."""
+COLOUR: Final = "colour"
+"""Topic of a view's picture in colour, beside `image`."""
 _NS: Final = 1_000_000_000
 _ENCODINGS: Final = {"uint8": "mono8", "uint16": "mono16", "float32": "32FC1"}
 _LENSES: Final = {
@@ -67,6 +69,8 @@ def messages_of(
     for frame in multiview.frames:
         frame_id = scene.frame_of[frame.view]
         yield _image(f"/{frame.view}/image", frame.image, frame_id, stamp)
+        if frame.colour is not None:
+            yield _image(f"/{frame.view}/{COLOUR}", frame.colour, frame_id, stamp)
         if frame.view in scene.cameras:
             camera = scene.cameras[frame.view]
             yield _calibration(f"/{frame.view}/calibration", camera, frame_id, stamp)
@@ -100,15 +104,15 @@ def schema_of(message: type[Message]) -> bytes:
 
 
 def _image(topic: str, image: NDArray[Any], frame_id: str, stamp: Timestamp) -> FoxgloveMessage:
-    height, width = image.shape
+    height, width = image.shape[:2]
     little_endian = np.ascontiguousarray(image, image.dtype.newbyteorder("<"))
     head = RawImage(
         timestamp=stamp,
         frame_id=frame_id,
         width=width,
         height=height,
-        encoding=_ENCODINGS[image.dtype.name],
-        step=width * image.dtype.itemsize,
+        encoding="rgb8" if image.ndim == 3 else _ENCODINGS[image.dtype.name],
+        step=little_endian.nbytes // height,
     )
     field = RawImage.DATA_FIELD_NUMBER
     return FoxgloveMessage(topic, RawImage, _with_data(head, field, little_endian))
@@ -146,15 +150,17 @@ def _transforms(transforms: tuple[FrameTransform, ...], stamp: Timestamp) -> Fox
 def _cloud(
     topic: str, points: NDArray[np.float32], frame_id: str, stamp: Timestamp
 ) -> FoxgloveMessage:
-    names = ("x", "y", "z", "sigma")
+    fields = [
+        PackedElementField(name=name, offset=4 * place, type=PackedElementField.FLOAT32)
+        for place, name in enumerate(("x", "y", "z", "sigma"))
+    ]
+    if points.shape[1] > len(fields):  # in colour
+        fields += [
+            PackedElementField(name=name, offset=16 + place, type=PackedElementField.UINT8)
+            for place, name in enumerate(("blue", "green", "red", "alpha"))
+        ]
     head = PointCloud(
-        timestamp=stamp,
-        frame_id=frame_id,
-        point_stride=4 * len(names),
-        fields=[
-            PackedElementField(name=name, offset=4 * place, type=PackedElementField.FLOAT32)
-            for place, name in enumerate(names)
-        ],
+        timestamp=stamp, frame_id=frame_id, point_stride=4 * points.shape[1], fields=fields
     )
     head.pose.orientation.w = 1.0
     little_endian = np.ascontiguousarray(points, "<f4")

@@ -7,8 +7,9 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from rig.errors import StoreError
-from rig.frames import Frame, MultiView
-from rig.recording.images import image_of, in_short
+from rig.frames import ColourImage, Frame, MultiView
+from rig.recording.foxglove_messages import COLOUR
+from rig.recording.images import colour_of, image_of, in_short
 from rig.recording.index_message import TOPIC, MultiViewFacts
 from rig.recording.mcap_reader import McapReader, StoredMessage
 
@@ -84,13 +85,23 @@ def _multiview(
     if missing:
         raise ValueError(f"no picture of {', '.join(missing)}")
     frames = tuple(
-        Frame(image=image_of(images[f"/{frame.view}/image"]), **frame.model_dump())
+        Frame(
+            image=image_of(images[f"/{frame.view}/image"]),
+            colour=_colour(images.get(f"/{frame.view}/{COLOUR}")),
+            **frame.model_dump(),
+        )
         for frame in facts.frames
     )
     for frame in frames:
+        if frame.colour is not None and frame.colour.shape[:2] != frame.image.shape:
+            raise ValueError(f"colour of another size than the picture of {frame.view}")
         if frame.bits is not None and frame.bits > 8 * frame.image.dtype.itemsize:
             raise ValueError(f"{frame.bits} bits in a picture of {frame.image.dtype}")
     return Recorded(MultiView(frames, facts.temperature_degc), facts.time_ns)
+
+
+def _colour(message: StoredMessage | None) -> ColourImage | None:
+    return None if message is None else colour_of(message)
 
 
 def _told(error: ValueError) -> str:

@@ -64,4 +64,5 @@ class DepthImages:
     """(H, W)."""
     points: NDArray[np.float32] | None = None
     """(N, 4) x, y, z and sigma of the known points, m, in the frame of the rectified reference
-    view; None where no cloud is wanted."""
+    view; None where no cloud is wanted. In colour (N, 5): the bytes of the last are blue, green,
+    red and 255."""

@@ -126,7 +126,7 @@ def _is_found(measurement: Measurement) -> bool:
 
 
 def _picture(optics: Optics, store: Store, sample: Sample, measurement: Measurement) -> Picture:
-    images = store.load(sample).stack()
+    images = store.load(sample).images
     return Picture(
         sample=sample,
         images=optics.pictures(images),
@@ -150,6 +150,6 @@ def _failures(
         if measurement is not None and measurement.failure is not None:
             failed.setdefault(sample.stop.index, (sample, measurement.failure.message))
     return tuple(
-        FailedPicture(sample, store.load(sample).stack()[profile.reference], message)
+        FailedPicture(sample, store.load(sample).images[profile.reference], message)
         for sample, message in list(failed.values())[:MOST_FAILURES_SHOWN]
     )

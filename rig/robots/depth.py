@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.frames import ColourImage
 from rig.geometry.pinhole import Pinhole
 from rig.recording import DepthImages
 
@@ -41,23 +42,31 @@ class DepthForRobots:
         depth_mm: NDArray[np.float32],
         sigma_mm: NDArray[np.float32],
         label: NDArray[np.uint8],
+        colour: ColourImage | None = None,
     ) -> DepthImages:
-        """Return maps (H, W), and the cloud where one is wanted."""
+        """Return maps (H, W), and the cloud where one is wanted, in colour where there is some."""
         depth_m, sigma_m = depth_mm * self._m_per_mm, sigma_mm * self._m_per_mm
-        points = None if self._rays is None else _cloud(self._rays, depth_m, sigma_m)
+        points = None if self._rays is None else _cloud(self._rays, depth_m, sigma_m, colour)
         return DepthImages(depth_m, sigma_m, label, points)
 
 
 def _cloud(
-    rays: NDArray[np.float32], depth_m: NDArray[np.float32], sigma_m: NDArray[np.float32]
+    rays: NDArray[np.float32],
+    depth_m: NDArray[np.float32],
+    sigma_m: NDArray[np.float32],
+    colour: ColourImage | None,
 ) -> NDArray[np.float32]:
-    """Points (N, 4) of the known pixels: x, y, z, sigma; rays (2, H * W) are x / z and y / z."""
+    """See `DepthImages.points`, of the known pixels; rays (2, H * W) are x / z and y / z."""
     z_m = depth_m.ravel()
-    points = np.empty((len(z_m), 4), np.float32)
+    points = np.empty((len(z_m), 4 if colour is None else 5), np.float32)
     np.multiply(rays[0], z_m, out=points[:, 0])
     np.multiply(rays[1], z_m, out=points[:, 1])
     points[:, 2] = z_m
     points[:, 3] = sigma_m.ravel()
+    if colour is not None:
+        packed = points.view(np.uint8).reshape(len(z_m), 20)[:, 16:]
+        packed[:, :3] = colour.reshape(-1, 3)[:, ::-1]
+        packed[:, 3] = 255
     return np.compress(np.isfinite(z_m), points, axis=0)
 
 

@@ -44,4 +44,5 @@ class RobotFrames:
         scene, depth = self._kept
         if frame.depth is None:
             return RobotFrame(scene, None)
-        return RobotFrame(scene, depth.of(frame.depth_mm, frame.sigma_mm, frame.label))
+        seen = depth.of(frame.depth_mm, frame.sigma_mm, frame.label, frame.colour)
+        return RobotFrame(scene, seen)

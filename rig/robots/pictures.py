@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.frames import GreyImage
+from rig.frames import ColourImage, GreyImage
 from rig.geometry.rectification import Rectification
 from rig.live.frame import DepthFrame
 from rig.optics.calibrated import CalibratedOptics
@@ -42,6 +42,25 @@ class RectifiedPictures:
             one.view: self._rectified(view, one.image, frame.image)
             for view, one in enumerate(taken)
         }
+
+    def colours_of(self, frame: DepthFrame) -> Mapping[str, ColourImage]:
+        """Return one picture in colour for every view that has colour, by its name."""
+        found: dict[str, ColourImage] = {}
+        for view, one in enumerate(frame.views.frames):
+            if one.colour is not None:
+                found[one.view] = self._in_colour(view, one.colour, frame.colour)
+        return found
+
+    def _in_colour(
+        self, view: int, colour: ColourImage, reference: ColourImage | None
+    ) -> ColourImage:
+        if not self._maps:
+            return colour
+        columns, rows = self._maps[view]
+        is_here = view == self._reference
+        if is_here and reference is not None and reference.shape[:2] == columns.shape:
+            return reference
+        return np.asarray(cv2.remap(colour, columns, rows, cv2.INTER_LINEAR), np.uint8)
 
     def _rectified(self, view: int, image: GreyImage, reference: GreyImage) -> GreyImage:
         """Of the reference view there is one already, unless depth maps are smaller."""

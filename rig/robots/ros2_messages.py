@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.frames import GreyImage
+from rig.frames import ColourImage, GreyImage
 from rig.recording import CameraInfo, DepthImages, FrameTransform, Scene
 from rig.recording.mcap_writer import Payload
 from rig.robots.depth import whole_mm
@@ -77,6 +77,7 @@ class Ros2Messages:
         depth: DepthImages | None,
         scene: Scene,
         time_ns: int,
+        colours: Mapping[str, ColourImage] | None = None,
     ) -> Iterator[Ros2Message]:
         """Yield the messages of one multi-view; all of one time.
 
@@ -85,10 +86,13 @@ class Ros2Messages:
             depth: of the reference view; None where slopes are measured only.
             scene: of the capture.
             time_ns: mid-exposure, since 1970-01-01 UTC.
+            colours: rectified, of the views that have colour; None where none has.
         """
         for view, picture in pictures.items():
             frame_id, name = scene.frame_of[view], robot_name(view)
             yield self._image(f"/{name}/image_rect", picture, frame_id, time_ns)
+            if colours is not None and view in colours:
+                yield self._image(f"/{name}/image_rect_color", colours[view], frame_id, time_ns)
             camera = scene.cameras.get(view)
             yield self._camera_info(f"/{name}", camera, picture.shape, frame_id, time_ns)
         if depth is None:
@@ -118,15 +122,15 @@ class Ros2Messages:
         *,
         encoding: str | None = None,
     ) -> Ros2Message:
-        height, width = image.shape
+        height, width = image.shape[:2]
         little_endian = np.ascontiguousarray(image, image.dtype.newbyteorder("<"))
         empty = self._types[_IMAGE](
             header=self._header(frame_id, time_ns),
             height=height,
             width=width,
-            encoding=encoding or _ENCODINGS[image.dtype.name],
+            encoding=encoding or ("rgb8" if image.ndim == 3 else _ENCODINGS[image.dtype.name]),
             is_bigendian=0,
-            step=width * image.dtype.itemsize,
+            step=little_endian.nbytes // height,
             data=np.zeros(0, np.uint8),
         )
         # The data are the last field: their count, here of none, and then the bytes.
@@ -169,7 +173,7 @@ class Ros2Messages:
             self._types["sensor_msgs/msg/PointField"](
                 name=name, offset=4 * place, datatype=_FLOAT32, count=1
             )
-            for place, name in enumerate(("x", "y", "z", "sigma"))
+            for place, name in enumerate(("x", "y", "z", "sigma", "rgb")[: points.shape[1]])
         ]
         empty = self._types[_CLOUD](
             header=self._header(frame_id, time_ns),
@@ -177,8 +181,8 @@ class Ros2Messages:
             width=count,
             fields=fields,
             is_bigendian=False,
-            point_step=16,
-            row_step=16 * count,
+            point_step=4 * points.shape[1],
+            row_step=4 * points.shape[1] * count,
             data=np.zeros(0, np.uint8),
             is_dense=True,
         )

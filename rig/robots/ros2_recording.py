@@ -67,8 +67,8 @@ class Ros2Recording:
             StoreError: the disk is full or gone.
         """
         seen = self._frames.of(frame)
-        pictures = self._pictures.of(frame)
-        messages = list(self._messages.of(pictures, seen.depth, seen.scene, frame.time_ns))
+        pictures, colours = self._pictures.of(frame), self._pictures.colours_of(frame)
+        messages = list(self._messages.of(pictures, seen.depth, seen.scene, frame.time_ns, colours))
         if not self._channels:
             messages.insert(0, self._messages.transforms(seen.scene, frame.time_ns))
         chunk: list[tuple[int, Payload]] = [

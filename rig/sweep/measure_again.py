@@ -30,7 +30,7 @@ def measure_again(
     samples = store.samples(sweep_id)
     measured: dict[SampleKey, Measurement] = {}
     for number, sample in enumerate(samples):
-        images = store.load(sample).stack()
+        images = store.load(sample).images
         measured[sample.key] = measure_sample(run.profile, run.optics, images)
         progress(number + 1, f"{sample.stop.distance_mm:.1f} mm")
     store.replace_measurements(sweep_id, measured, calibration_id=run.optics.calibration_id)

@@ -8,7 +8,7 @@ from rig.epipolar.board.dense import DenseBoardSlope, measure_dense
 from rig.epipolar.board.fit import fit_board_slope
 from rig.epipolar.board.slope import BoardSlope
 from rig.errors import SlopeError, TargetError
-from rig.frames import GreyImage
+from rig.frames import Pictures
 from rig.measurement import Failure, Measurement, Point
 from rig.optics.optics import Optics
 from rig.optics.search_range import search_range_px
@@ -18,7 +18,7 @@ from rig.sweep.request import sweep_setup
 from rig.targets import corners_or_reason
 
 
-def measure_sample(profile: Profile, optics: Optics, images: GreyImage) -> Measurement:
+def measure_sample(profile: Profile, optics: Optics, images: Pictures) -> Measurement:
     """Measure the slope of the board in one multi-view, in all three ways.
 
     The corners give the unambiguous start, the joint line fit the slope, and the estimator that
@@ -28,7 +28,7 @@ def measure_sample(profile: Profile, optics: Optics, images: GreyImage) -> Measu
     Args:
         profile: the rig; it has a target.
         optics: of the rig.
-        images: (V, H, W) in the order of the profile's views.
+        images: one per view, of any size, in the order of the profile's views.
 
     Returns:
         Slopes at the centre of the board; or why there are none.

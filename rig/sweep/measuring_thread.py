@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Self
 
-from rig.frames import GreyImage
+from rig.frames import Pictures
 from rig.measurement import Measurement
 from rig.records import SampleKey
 from rig.stored import Run
@@ -29,7 +29,7 @@ class MeasuringThread:
     def __exit__(self, *_: object) -> None:
         self._pool.shutdown(wait=True, cancel_futures=True)
 
-    def submit(self, key: SampleKey, images: GreyImage) -> None:
+    def submit(self, key: SampleKey, images: Pictures) -> None:
         """Queue one sample."""
         future = self._pool.submit(measure_sample, self._run.profile, self._run.optics, images)
         self._waiting.append((key, future))

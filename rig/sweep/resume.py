@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING
 
 from rig.curve import CurvePoint
 from rig.errors import TargetError
+from rig.factory import changed_calibration
 from rig.hardware.opening import Hardware
 from rig.measurement import Measurement
 from rig.optics.optics import Optics
 from rig.plan import Stop
 from rig.profile import Profile
 from rig.progress import Tell
+from rig.stored import camera_identity
 from rig.sweep.job import SweepJob
 from rig.sweep.measure_sample import measure_sample
 from rig.sweep.points import axis_slopes_px, stop_results, with_reading
@@ -30,7 +32,7 @@ def measure_left_over(job: SweepJob, sweep_id: int, store: "Store") -> None:
     measured = store.measurements(sweep_id)
     for sample in store.samples(sweep_id):
         if sample.key not in measured:
-            images = store.load(sample).stack()
+            images = store.load(sample).images
             measurement = measure_sample(job.run.profile, job.run.optics, images)
             store.save_measurements(sweep_id, {sample.key: measurement})
 
@@ -41,8 +43,17 @@ def measure_old_distance_again(
     """Prove that the rig is still the one that began the sweep.
 
     Raises:
-        TargetError: the board is not where it was at the last finished distance.
+        TargetError: the board is not where it was at the last finished distance, or the device's
+            own calibration is another one.
     """
+    changed = changed_calibration(camera_identity(store.sweep(sweep_id)), hardware.camera.identity)
+    if changed is not None:
+        raise TargetError(
+            f"sweep {sweep_id} was begun while the device held another calibration of its own "
+            f"({changed} differs)",
+            advice="its cameras were calibrated anew since: begin a new sweep",
+            reason="changed",
+        )
     stage = job.run.profile.stage
     results = with_reading(
         stop_results(
@@ -85,7 +96,7 @@ def _measure_again(
     hardware.stage.move_to(stop.distance_mm, config.move_timeout_s)
     hardware.clock.sleep_s(config.settle_s)
     now = [
-        measure_sample(profile, optics, hardware.camera.grab(profile.camera.timeout_s).stack())
+        measure_sample(profile, optics, hardware.camera.grab(profile.camera.timeout_s).images)
         for _ in range(job.samples)
     ]
     change_px = statistics.fmean(_slopes_px(now, optics)) - before.slope_px

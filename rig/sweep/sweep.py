@@ -195,7 +195,7 @@ def _take_all(
             multiview=new.multiview,
         )
         watcher.took(new, sample.key)
-        measuring.submit(sample.key, new.multiview.stack())
+        measuring.submit(sample.key, new.multiview.images)
         finished = measuring.finished()
         store.save_measurements(sweep_id, finished)
         watcher.measured(finished)

@@ -15,6 +15,10 @@ def test_a_grab_has_every_view_in_the_promised_order(camera_case: CameraCase) ->
         assert len(set(camera.views)) == len(camera.views) >= 2
         assert len({frame.image.shape for frame in multiview.frames}) == 1
         assert all(frame.image.ndim == 2 for frame in multiview.frames)
+        for frame in multiview.frames:
+            if frame.colour is not None:
+                assert frame.colour.shape == (*frame.image.shape, 3)
+                assert frame.colour.dtype == "uint8"
 
 
 def test_pixels_are_read_only(camera_case: CameraCase) -> None:

@@ -40,9 +40,11 @@ class FrameMessage:
         """Return header and arrays.
 
         Arrays: `depth` (mm), or without a curve `slope` (px per view step) in its place; `sigma`
-        (of that), `label`, `slope`; `views` (V, H, W) as the cameras gave them, `image` where the
-        reference view at the pixels of the maps is another picture, `rectified` (V, H, W) where
-        views are. Header `steps`: what the steps of each map mean, see `Packed`.
+        (of that), `label`, `slope`; `view_0`, `view_1`, ... as the cameras gave them (they may
+        differ in size), `image` where the reference view at the pixels of the maps is another
+        picture, `colour` (H, W, 3) where it has colour, `rectified` (V, H, W) where views are.
+        Header `steps`: what the steps of each map
+        mean, see `Packed`.
         """
         header = {**_facts(self.frame, self.run), **_pace(self.frame, self.pace)}
         arrays: Arrays = {}
@@ -128,14 +130,15 @@ def _pictures(frame: DepthFrame, run: Run, wants: frozenset[str]) -> tuple[dict[
     arrays: Arrays = {}
     reference = run.profile.reference
     if "views" in wants:
-        arrays["views"] = np.stack(
-            [as_8_bit(one.image, _bits(multiview, i)) for i, one in enumerate(multiview.frames)]
-        )
+        for i, one in enumerate(multiview.frames):
+            arrays[f"view_{i}"] = as_8_bit(one.image, _bits(multiview, i))
     if "views" not in wants or not _is_shown_as_taken(frame, reference):
         arrays["image"] = as_8_bit(frame.image, _bits(multiview, reference))
+    if "colour" in wants and frame.colour is not None:
+        arrays["colour"] = frame.colour
     if "rectified" in wants and run.optics.calibration_id is not None:
         bits = _bits(multiview, reference)
-        arrays["rectified"] = as_8_bit(run.optics.pictures(multiview.stack()), bits)
+        arrays["rectified"] = as_8_bit(np.asarray(run.optics.pictures(multiview.images)), bits)
     return header, arrays
 
 

@@ -32,12 +32,11 @@ class SweepMessage:
     """What was measured last: the corners of the header are of its pictures."""
 
     def encoded(self, number: int, wants: frozenset[str]) -> bytes:
-        """Return header and arrays: `views` as taken last, `image` as measured last."""
+        """Return header and arrays: `view_0`, `view_1`, ... as taken last, `image` as measured."""
         arrays: dict[str, NDArray[Any]] = {}
         if self.newest is not None and "views" in wants:
-            arrays["views"] = np.stack(
-                [as_8_bit(one.image, one.full_scale.bit_length()) for one in self.newest.frames]
-            )
+            for i, one in enumerate(self.newest.frames):
+                arrays[f"view_{i}"] = as_8_bit(one.image, one.full_scale.bit_length())
         if self.board is not None:
             reference = self.job.run.profile.reference
             bits = self.board.frames[reference].full_scale.bit_length()
@@ -48,7 +47,7 @@ class SweepMessage:
         run = self.job.run
         if run.optics.calibration_id is None:
             return board.frames[run.profile.reference].image
-        return run.optics.pictures(board.stack())[run.profile.reference]
+        return run.optics.pictures(board.images)[run.profile.reference]
 
 
 @dataclass(slots=True)

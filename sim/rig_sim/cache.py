@@ -7,6 +7,7 @@ may be deleted at any time. It stays below `LARGEST_BYTES`: the pictures unused 
 import logging
 import os
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Picture = NDArray[np.float32]
+Levels = NDArray[np.uint16]
 
 LARGEST_BYTES = 2_000_000_000
 _KEPT_AFTER_EVICTION = 0.8
@@ -32,7 +34,7 @@ def cache_folder() -> Path:
 
 
 class PictureCache:
-    """Stacks of pictures (V, H, W) between 0 and 1, kept as 16-bit PNG with the views in a column.
+    """Pictures of V views between 0 and 1, kept as one 16-bit PNG with the views in a column.
 
     A folder that cannot be written costs one warning and the speed, not the run.
     """
@@ -43,29 +45,35 @@ class PictureCache:
         self._held_bytes: int | None = None
         self._writable = True
 
-    def load(self, key: str, shape: tuple[int, int, int]) -> Picture | None:
-        """Return a stored stack, or None where there is none that is whole."""
+    def load(self, key: str, shapes: Sequence[tuple[int, int]]) -> tuple[Picture, ...] | None:
+        """Return stored pictures (H, W), or None where there are none that are whole."""
         path = self._path(key)
         try:
             data = np.frombuffer(path.read_bytes(), np.uint8)
             os.utime(path)
         except OSError:
             return None
-        views, height, width = shape
+        tall, wide = sum(height for height, _ in shapes), max(width for _, width in shapes)
         column = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
-        if column is None or column.dtype != np.uint16 or column.shape != (views * height, width):
+        if column is None or column.dtype != np.uint16 or column.shape != (tall, wide):
             _log.warning("%s is broken; rendering it again", path)
             return None
-        return column.reshape(shape).astype(np.float32) / np.float32(_FULL_SCALE)
+        ends = np.cumsum([height for height, _ in shapes])[:-1]
+        parts = np.split(column, ends)
+        return tuple(
+            _light(part[:, :width]) for part, (_, width) in zip(parts, shapes, strict=True)
+        )
 
-    def store(self, key: str, stack: Picture) -> Picture:
-        """Keep a stack; return it as `load` would, rounded to 16 bit."""
-        levels = np.rint(stack * _FULL_SCALE).astype(np.uint16)
+    def store(self, key: str, pictures: Sequence[Picture]) -> tuple[Picture, ...]:
+        """Keep pictures; return them as `load` would, rounded to 16 bit."""
+        levels = [np.rint(picture * _FULL_SCALE).astype(np.uint16) for picture in pictures]
         if self._writable:
-            self._write(key, levels.reshape(-1, levels.shape[-1]))
-        return levels.astype(np.float32) / np.float32(_FULL_SCALE)
+            wide = max(one.shape[1] for one in levels)
+            padded = [np.pad(one, ((0, 0), (0, wide - one.shape[1]))) for one in levels]
+            self._write(key, np.concatenate(padded))
+        return tuple(map(_light, levels))
 
-    def _write(self, key: str, column: NDArray[np.uint16]) -> None:
+    def _write(self, key: str, column: Levels) -> None:
         coded = cv2.imencode(".png", column, [cv2.IMWRITE_PNG_COMPRESSION, 1])[1].tobytes()
         path = self._path(key)
         try:
@@ -106,3 +114,7 @@ class PictureCache:
 
     def _path(self, key: str) -> Path:
         return self._folder / key[:2] / f"{key}.png"
+
+
+def _light(levels: Levels) -> Picture:
+    return levels.astype(np.float32) / np.float32(_FULL_SCALE)

@@ -24,7 +24,7 @@ class SimCamera:
     def __init__(self, config: SimCameraConfig, world: World) -> None:
         self._config = config
         self._world = world
-        self._exposures = Exposures(world)
+        self._exposures = Exposures(world, in_colour=config.colour)
         self._opened_s: float | None = None
         self._sequence = 0
         self._late = 0
@@ -93,10 +93,11 @@ class SimCamera:
         frames = tuple(
             Frame(
                 view=name,
-                image=exposure.draw((seed, number, self._sequence)),
+                image=exposure.grey.draw((seed, number, self._sequence)),
                 timestamp_s=middle_s,
                 sequence=self._sequence,
                 exposure_s=exposure_s,
+                colour=exposure.colour((seed, number, self._sequence)),
             )
             for number, (name, exposure) in enumerate(
                 zip(self.views, self._exposures.at(middle_s), strict=True)

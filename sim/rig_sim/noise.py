@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.frames import GreyImage
+from rig.frames import ColourImage, GreyImage
 from rig.profile.world import SensorConfig, ViewErrorConfig
 
 Picture = NDArray[np.float32]
@@ -54,6 +54,22 @@ class Exposure:
         np.rint(levels, out=levels)
         np.clip(levels, 0.0, _full_scale(self.bits), out=levels)  # a full well or an empty one
         return levels.astype(np.uint8) if self.bits == 8 else levels.astype(np.uint16)
+
+
+@dataclass(frozen=True, slots=True)
+class ViewExposure:
+    """What one view sees of a moment."""
+
+    grey: Exposure
+    channels: tuple[Exposure, ...] = ()
+    """Red, green and blue; none for a grey camera."""
+
+    def colour(self, seed: tuple[int, ...]) -> ColourImage | None:
+        """Draw one noisy picture in colour, its upper eight bits; None for a grey camera."""
+        if not self.channels:
+            return None
+        drawn = [one.draw((*seed, number)) for number, one in enumerate(self.channels)]
+        return (np.stack(drawn, axis=-1) >> (self.grey.bits - 8)).astype(np.uint8)
 
 
 def _full_scale(bits: int) -> float:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rig.factory import FactoryCamera
-from rig.frames import GreyImage
+from rig.frames import ColourImage, GreyImage
 from rig.profile import OakCameraConfig
-from rig_sim.noise import Exposure
+from rig_sim.noise import ViewExposure
 from rig_sim.optics import TrueCamera
 from rig_sim.pictures import Exposures
 from rig_sim.world import World
@@ -53,6 +53,7 @@ class SimSensorFrame:
     lens_position: int
     white_balance_k: int
     temperature_degc: float | None
+    colour: ColourImage | None = None
 
 
 class SimOakRack:
@@ -80,7 +81,8 @@ class SimOakRack:
         self._faults = dict(faults or {})
         self._device = device
         self._views = views
-        self._light = _Light(world)
+        pixels = {config.of(view).pixels for view in config.sockets}
+        self._light = _Light(world, in_colour="nv12" in pixels)
 
     @property
     def serial(self) -> str:
@@ -105,7 +107,7 @@ class SimOakRack:
         began_s = self._first_pulse_s(self._world.clock.now_s())
         return {
             view.name: SimSensor(
-                self._config,
+                self._config.of(view.name),
                 self._world,
                 self._light,
                 number=number,
@@ -151,11 +153,11 @@ def _single(matrix: ArrayLike) -> tuple[tuple[float, ...], ...]:
 class _Light:
     """The exposures of all views, drawn once for all sensors."""
 
-    def __init__(self, world: World) -> None:
-        self._exposures = Exposures(world)
+    def __init__(self, world: World, *, in_colour: bool) -> None:
+        self._exposures = Exposures(world, in_colour=in_colour)
         self._lock = threading.Lock()
 
-    def on(self, number: int, t_s: float) -> Exposure:
+    def on(self, number: int, t_s: float) -> ViewExposure:
         """Return the exposure of one view in the middle of its frame."""
         with self._lock:
             return self._exposures.at(t_s)[number]
@@ -219,7 +221,8 @@ class SimSensor:
     def _frame(self, middle_s: float, exposure_s: float) -> SimSensorFrame:
         config = self._config
         seed = (self._world.config.seed, self.number, self._sequence)
-        image = self._light.on(self.number, middle_s).draw(seed)
+        exposure = self._light.on(self.number, middle_s)
+        image = exposure.grey.draw(seed)
         if config.pixels == "raw10":
             image = _ten_bits(image)
         is_auto = self._sent < self.faults.controls_after
@@ -232,6 +235,7 @@ class SimSensor:
             -1 if config.lens_position is None else config.lens_position,
             config.white_balance_k or 0,
             self._world.temperature_degc(middle_s),
+            exposure.colour(seed) if config.pixels == "nv12" else None,
         )
 
 

@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from rig.profile.world import ViewErrorConfig, WorldConfig
 from rig_sim.cache import PictureCache, cache_folder
-from rig_sim.noise import Exposure
+from rig_sim.noise import Exposure, ViewExposure
 from rig_sim.render_analytic import AnalyticRenderer
 from rig_sim.render_mitsuba import MitsubaRenderer
 from rig_sim.world import Moment, World
@@ -21,6 +22,8 @@ from rig_sim.world import Moment, World
 Picture = NDArray[np.float32]
 
 _MOMENTS_KEPT = 3
+_TINT = (np.float32(1.0), np.float32(0.8), np.float32(0.5))
+"""Share of the light that red, green and blue get of a warm lamp."""
 
 
 class Renderer(Protocol):
@@ -29,8 +32,8 @@ class Renderer(Protocol):
     name: str
     """What else than the moment the pictures depend on."""
 
-    def render(self, moment: Moment) -> Picture:
-        """Return noise-free, unblurred light of all views, (V, H, W), 1 = full scale."""
+    def render(self, moment: Moment) -> Sequence[Picture]:
+        """Return noise-free, unblurred light of all views, (H, W) each, 1 = full scale."""
         ...
 
 
@@ -42,12 +45,11 @@ class CachedRenderer:
         self._renderer = renderer
         self._cache = cache
 
-    def render(self, moment: Moment) -> Picture:
+    def render(self, moment: Moment) -> Sequence[Picture]:
         """See `Renderer.render`; rounded to 16 bit, whether stored or new."""
         key = self._key(moment)
-        camera = moment.cameras[0]
-        shape = (len(moment.cameras), camera.height_px, camera.width_px)
-        stored = self._cache.load(key, shape)
+        shapes = [(camera.height_px, camera.width_px) for camera in moment.cameras]
+        stored = self._cache.load(key, shapes)
         return self._cache.store(key, self._renderer.render(moment)) if stored is None else stored
 
     def _key(self, moment: Moment) -> str:
@@ -56,19 +58,25 @@ class CachedRenderer:
 
 
 class Exposures:
-    """Exposures of the World's moments, the latest few kept in memory."""
+    """Exposures of the World's moments, the latest few kept in memory.
 
-    def __init__(self, world: World) -> None:
+    Args:
+        world: what is seen.
+        in_colour: whether red, green and blue are exposed as well.
+    """
+
+    def __init__(self, world: World, *, in_colour: bool = False) -> None:
         self._world = world
+        self._tint = _TINT if in_colour else ()
         self._renderer = _renderer(world.config)
-        self._kept: OrderedDict[Moment, tuple[Exposure, ...]] = OrderedDict()
+        self._kept: OrderedDict[Moment, tuple[ViewExposure, ...]] = OrderedDict()
 
     @property
     def renderer(self) -> str:
         """Name of the renderer."""
         return self._renderer.name
 
-    def at(self, t_s: float) -> tuple[Exposure, ...]:
+    def at(self, t_s: float) -> tuple[ViewExposure, ...]:
         """Return the exposure of every view at `t_s`, in the profile's order."""
         moment = self._world.moment(t_s)
         if moment not in self._kept:
@@ -78,17 +86,20 @@ class Exposures:
         self._kept.move_to_end(moment)
         return self._kept[moment]
 
-    def _expose(self, moment: Moment) -> tuple[Exposure, ...]:
-        config = self._world.config
+    def _expose(self, moment: Moment) -> tuple[ViewExposure, ...]:
+        lights = self._renderer.render(moment)
         return tuple(
-            Exposure.of(
-                light,
-                config.sensor,
-                config.view_errors.get(camera.view, ViewErrorConfig()),
-                blur_px=config.optics.blur_px,
+            ViewExposure(
+                self._of(camera.view, light),
+                tuple(self._of(camera.view, light * share) for share in self._tint),
             )
-            for camera, light in zip(moment.cameras, self._renderer.render(moment), strict=True)
+            for camera, light in zip(moment.cameras, lights, strict=True)
         )
+
+    def _of(self, view: str, light: Picture) -> Exposure:
+        config = self._world.config
+        error = config.view_errors.get(view, ViewErrorConfig())
+        return Exposure.of(light, config.sensor, error, blur_px=config.optics.blur_px)
 
 
 def _renderer(config: WorldConfig) -> Renderer:

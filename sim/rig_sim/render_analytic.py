@@ -34,15 +34,15 @@ class AnalyticRenderer:
 
     name = "analytic"
 
-    def render(self, moment: Moment) -> Picture:
-        """Return noise-free, unblurred light of all views, (V, H, W), 1 = full scale."""
+    def render(self, moment: Moment) -> tuple[Picture, ...]:
+        """Return noise-free, unblurred light of all views, (H, W) each, 1 = full scale."""
         board = moment.board
         if board is None:
             raise ConfigError(
                 f"the analytic renderer draws scene board only, asked for {moment.scene}",
                 advice='set world.renderer = "mitsuba"',
             )
-        return np.stack([_draw(camera, board) for camera in moment.cameras])
+        return tuple(_draw(camera, board) for camera in moment.cameras)
 
 
 def _draw(camera: TrueCamera, board: Board) -> Picture:

@@ -52,19 +52,17 @@ class MitsubaRenderer:
         version = f"mitsuba {self._mi.__version__}"
         self.name = f"{version}, {samples_per_px} samples per px, seed {seed}"
 
-    def render(self, moment: Moment) -> Picture:
+    def render(self, moment: Moment) -> tuple[Picture, ...]:
         """See `rig_sim.pictures.Renderer`."""
         if moment.board is None:
-            return np.stack(self._surroundings(moment, self._samples_per_px))
+            return tuple(self._surroundings(moment, self._samples_per_px))
         if self._behind[0] != moment.cameras:
             samples = min(self._samples_per_px, _SAMPLES_BEHIND_BOARD)
             self._behind = moment.cameras, self._surroundings(moment, samples)
         board = self._load([self._board(moment.board)])
-        return np.stack(
-            [
-                self._lay_over(behind, board, camera, Window.of_board(camera, moment.board))
-                for behind, camera in zip(self._behind[1], moment.cameras, strict=True)
-            ]
+        return tuple(
+            self._lay_over(behind, board, camera, Window.of_board(camera, moment.board))
+            for behind, camera in zip(self._behind[1], moment.cameras, strict=True)
         )
 
     def _surroundings(self, moment: Moment, samples_per_px: int) -> list[Picture]:

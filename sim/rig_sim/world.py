@@ -22,7 +22,7 @@ from rig.profile.world import Vector, ViewErrorConfig, WorldConfig
 from rig_sim.board import INK, PAPER, Board
 from rig_sim.charuco_print import charuco_print
 from rig_sim.hand import Hand, Reach
-from rig_sim.optics import TrueCamera
+from rig_sim.optics import TrueCamera, rotation_matrix
 from rig_sim.scenes.catalogue import Scene, static_shapes
 from rig_sim.surface import cast
 
@@ -93,7 +93,7 @@ class World:
         self.config: WorldConfig = profile.world
         self.clock = clock
         self.scene: Scene = scene
-        self._size_px = camera.size_px
+        self._sizes_px = [camera.size_of(view.name) or camera.size_px for view in profile.views]
         self._carriage = carriage
         self._began_s = clock.now_s()
         target = profile.target
@@ -103,7 +103,10 @@ class World:
     def moment(self, t_s: float) -> Moment:
         """Return everything that a picture taken at `t_s` depends on."""
         focal_px = self._focal_px(t_s)
-        cameras = tuple(self._true_camera(view, focal_px) for view in self.profile.views)
+        cameras = tuple(
+            self._true_camera(view, size_px, focal_px)
+            for view, size_px in zip(self.profile.views, self._sizes_px, strict=True)
+        )
         return Moment(self.scene, cameras, self._board(t_s))
 
     def temperature_degc(self, t_s: float) -> float:
@@ -164,21 +167,26 @@ class World:
         focal_px = optics.focal_px * (1.0 + 1e-6 * optics.focal_drift_ppm_per_degc * warmer_degc)
         return round(focal_px / _FOCAL_GRID_PX) * _FOCAL_GRID_PX
 
-    def _true_camera(self, view: ViewConfig, focal_px: float) -> TrueCamera:
+    def _true_camera(
+        self, view: ViewConfig, size_px: tuple[int, int], focal_px: float
+    ) -> TrueCamera:
+        """Return a view, by the focal length that the ideal camera has now."""
         optics, pitch_mm = self.config.optics, self.profile.pitch_mm
         error = self.config.view_errors.get(view.name, ViewErrorConfig())
         right_mm, down_mm = view.x_steps * pitch_mm, view.y_steps * pitch_mm
+        lens = 1.0 if error.focal_px is None else error.focal_px / optics.focal_px
         # The sensor is shifted once, mechanically: it does not follow a drifting focal length.
-        px_per_mm = optics.focal_px / optics.focus_mm
-        width_px, height_px = self._size_px
+        px_per_mm = lens * optics.focal_px / optics.focus_mm
+        shift_right_mm, shift_down_mm = _in_rolled_picture(error.rotation_deg, right_mm, down_mm)
+        width_px, height_px = size_px
         return TrueCamera(
             view=view.name,
             width_px=width_px,
             height_px=height_px,
-            focal_px=focal_px,
+            focal_px=lens * focal_px,
             centre_px=(
-                (width_px - 1) / 2.0 + px_per_mm * right_mm,
-                (height_px - 1) / 2.0 + px_per_mm * down_mm,
+                (width_px - 1) / 2.0 + px_per_mm * shift_right_mm,
+                (height_px - 1) / 2.0 + px_per_mm * shift_down_mm,
             ),
             position_mm=(
                 right_mm + error.shift_mm[0],
@@ -207,9 +215,13 @@ class World:
     def _new_hand(self) -> Hand:
         board = self._board_at_rest()
         half_width_mm, half_height_mm = board.half_size_mm.tolist()
+        number = self.profile.reference
+        reference = self._true_camera(
+            self.profile.views[number], self._sizes_px[number], self.config.optics.focal_px
+        )
         reach = Reach(
-            focal_px=self.config.optics.focal_px,
-            half_size_px=(self._size_px[0] / 2.0, self._size_px[1] / 2.0),
+            focal_px=reference.focal_px,
+            half_size_px=(reference.width_px / 2.0, reference.height_px / 2.0),
             half_board_mm=(half_width_mm, half_height_mm),
         )
         return Hand(self.config.hand, reach, seed=self.config.seed)
@@ -250,3 +262,14 @@ class World:
             centre_mm=centre_mm,
             rotation_deg=rotation_deg,
         )
+
+
+def _in_rolled_picture(
+    rotation_deg: Vector, right_mm: float, down_mm: float
+) -> tuple[float, float]:
+    """A shift in the world as a camera has it that was built in rolled by quarter turns."""
+    turn = rotation_matrix(rotation_deg)
+    quarters = round(math.atan2(turn[1, 0], turn[0, 0]) / (math.pi / 2.0)) % 4
+    for _ in range(quarters):
+        right_mm, down_mm = down_mm, -right_mm
+    return right_mm, down_mm

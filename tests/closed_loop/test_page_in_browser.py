@@ -4,6 +4,7 @@ import math
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -174,6 +175,28 @@ def test_the_cloud_shows_the_ball_before_the_wall(bench: Bench):
     bench.wait("() => !window.rig.app.pending")
     turned = bench.pixels("cloud")[..., :3].astype(int)
     assert np.any(turned != front, axis=-1).mean() > 0.1
+
+
+def test_colour_is_shown_by_picture_and_cloud_and_comes_only_then(bench: Bench):
+    frame = SCENE.frame(0)
+    colour = np.stack([frame.image, frame.image // 2, 255 - frame.image], axis=-1)
+    in_colour = replace(frame, colour=colour)
+    bench.show(in_colour)
+    assert not bench.page.evaluate("() => Boolean(window.rig.app.shown.colour())")
+    bench.page.keyboard.press("4")
+    bench.wait("() => Boolean(window.rig.app.shown.colour()) && !window.rig.app.pending")
+    assert np.array_equal(bench.pixels("map")[..., :3], colour)
+    bench.wait("() => document.getElementById('facts').textContent.includes('red, green, blue')")
+    r, g, b = colour[50, 80].tolist()
+    assert f"{r}, {g}, {b}" in bench.page.inner_text("#facts")
+    bench.page.keyboard.press("5")
+    bench.wait("() => !document.getElementById('cloud').hidden && Boolean(window.rig.cloud.gl)")
+    bench.show(replace(in_colour, index=1, colour=np.full_like(colour, (250, 10, 200))))
+    drawn = bench.pixels("cloud")[..., :3].astype(int)
+    assert (np.abs(drawn - (250, 10, 200)).max(axis=-1) <= 2).mean() > 0.2
+    bench.page.keyboard.press("1")
+    bench.show(replace(in_colour, index=2))
+    assert not bench.page.evaluate("() => Boolean(window.rig.app.shown.colour())")
 
 
 def plane_by_numpy(frame: DepthFrame, region: tuple[int, int, int, int]) -> dict[str, float]:

@@ -8,7 +8,9 @@ import numpy as np
 from rig.frames import Frame, GreyImage, MultiView
 
 VIEWS = ("centre", "left", "top")
-_BESIDE_IMAGE = tuple(field.name for field in fields(Frame) if field.name != "image")
+_BESIDE_IMAGE = tuple(
+    field.name for field in fields(Frame) if field.name not in ("image", "colour")
+)
 
 
 def noisy_multiview(

@@ -71,22 +71,59 @@ def oak_config(**changes: Any) -> OakCameraConfig:
     return OakCameraConfig(**{**plain, **changes})
 
 
-def feature(socket: str, *, focus: bool = False, colour: bool = False) -> dai.CameraFeatures:
+MODES = ((1280, 800, 129.6), (640, 400, 255.7))
+"""Sizes of an OV9282, and the rates that it reaches."""
+IMX378 = ((4056, 3040, 30.0), (3840, 2160, 42.0), (1920, 1080, 60.0))
+"""Those of the colour sensor of an OAK-D."""
+
+
+def feature(
+    socket: str,
+    *,
+    focus: bool = False,
+    colour: bool = False,
+    name: str = "OV9282",
+    sizes: Sequence[tuple[int, int, float]] = MODES,
+) -> dai.CameraFeatures:
     """An OV9282, or something like it, as the device describes it."""
     found = dai.CameraFeatures()
     found.socket = board_socket(socket)
-    found.sensorName = "OV9282"
-    found.width, found.height = 1280, 800
+    found.sensorName = name
+    found.width, found.height, _ = sizes[0]
     found.hasAutofocus = focus
     kind = dai.CameraSensorType.COLOR if colour else dai.CameraSensorType.MONO
     found.supportedTypes = [kind]
     modes: list[dai.CameraSensorConfig] = []
-    for width, height, fastest_hz in ((1280, 800, 129.6), (640, 400, 255.7)):
+    for width, height, fastest_hz in sizes:
         mode = dai.CameraSensorConfig()
         mode.width, mode.height, mode.maxFps, mode.type = width, height, fastest_hz, kind
         modes.append(mode)
     found.configs = modes
     return found
+
+
+def three_views(**changes: Any) -> OakCameraConfig:
+    """An OAK-D with its colour camera between the pair."""
+    colour = {
+        "width_px": 1920,
+        "height_px": 1080,
+        "pixels": "nv12",
+        "exposure_s": 0.004,
+        "iso": 200,
+        "lens_position": 130,
+        "white_balance_k": 5000,
+    }
+    plain: dict[str, Any] = {
+        "sockets": {"left": "CAM_B", "middle": "CAM_A", "right": "CAM_C"},
+        "sensors": {"middle": colour},
+    }
+    return oak_config(**{**plain, **changes})
+
+
+def three_features() -> list[dai.CameraFeatures]:
+    """What the board of an OAK-D finds."""
+    middle = feature("CAM_A", focus=True, colour=True, name="IMX378", sizes=IMX378)
+    return [middle, feature("CAM_B"), feature("CAM_C")]
 
 
 def oak_d(focal_px: float = 800.0) -> dai.CalibrationHandler:

@@ -37,10 +37,29 @@ def test_nobody_writes_into_a_frame() -> None:
     assert taken.image[0, 0] == 7
 
 
-def test_a_multi_view_has_a_mean_time_a_skew_and_a_stack() -> None:
+def test_nobody_writes_into_the_colour_of_a_frame() -> None:
+    colour = np.zeros((2, 3, 3), np.uint8)
+    taken = Frame("a", np.zeros((2, 3), np.uint8), 0.0, 1, colour=colour)
+    assert taken.colour is not None
+    with pytest.raises(ValueError, match="read-only"):
+        taken.colour[0, 0] = 1
+    colour[0, 0] = 7
+    assert taken.colour[0, 0].tolist() == [7, 7, 7]
+    assert frame().colour is None
+
+
+def test_a_multi_view_has_a_mean_time_and_a_skew() -> None:
     taken = MultiView((frame(3.0), frame(1.0), frame(8.0)))
     assert taken.timestamp_s == 4.0
     assert taken.skew_s == 7.0
     assert MultiView((frame(3.0),)).skew_s == 0.0
-    assert taken.stack().shape == (3, 2, 3)
-    assert taken.stack()[:, 0, 0].tolist() == [3, 1, 8]
+
+
+def test_a_multi_view_keeps_every_picture_at_its_own_size() -> None:
+    pictures = (np.zeros((4, 6), np.uint8), np.ones((6, 4), np.uint16))
+    taken = MultiView(tuple(Frame("a", one, 0.0, 1) for one in pictures))
+    assert [(one.shape, one.dtype) for one in taken.images] == [
+        ((4, 6), np.dtype(np.uint8)),
+        ((6, 4), np.dtype(np.uint16)),
+    ]
+    assert np.shares_memory(taken.images[1], pictures[1])

@@ -71,7 +71,7 @@ def test_with_one_the_stage_is_measured_and_pictures_are_brought_together() -> N
     optics = optics_of(REAL.profile, stored())
     assert optics.calibration_id == 3
     with REAL.camera() as camera:
-        images = camera.grab(1.0).stack()
+        images = np.stack(camera.grab(1.0).images)
     views = optics.views(images)
     assert views.images.dtype == np.float32
     assert views.noise is not None

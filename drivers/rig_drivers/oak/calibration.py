@@ -49,9 +49,11 @@ def sensor_calibrations(
 
 
 def factory_cameras(
-    handler: dai.CalibrationHandler, sockets: Mapping[str, str], size_px: tuple[int, int]
+    handler: dai.CalibrationHandler,
+    sockets: Mapping[str, str],
+    sizes_px: Mapping[str, tuple[int, int]],
 ) -> tuple[FactoryCamera, ...] | None:
-    """Return what the EEPROM says of the sensors of a rig, for pictures of a size.
+    """Return what the EEPROM says of the sensors of a rig, for pictures of the rig's sizes.
 
     A device makes smaller pictures by scaling its sensor's, cut about the middle where the shape is
     another.
@@ -59,7 +61,7 @@ def factory_cameras(
     Args:
         handler: of the device.
         sockets: by view name, the first is what places refer to.
-        size_px: width and height of the pictures.
+        sizes_px: by view name, width and height of its pictures.
 
     Returns:
         None where it holds no calibration of one of them.
@@ -71,8 +73,8 @@ def factory_cameras(
     return tuple(
         FactoryCamera(
             view,
-            *size_px,
-            _scaled(sensor, size_px),
+            *sizes_px[view],
+            _scaled(sensor, sizes_px[view]),
             sensor.distortion,
             sensor.model.upper() == "FISHEYE",
             sensor.rotation,

@@ -16,6 +16,8 @@ from rig.errors import (
 from rig.factory import FactoryCamera
 from rig.frames import Frame, MultiView
 from rig.profile import OakCameraConfig
+from rig_drivers.oak.arrivals import Arrivals, Seen
+from rig_drivers.oak.bandwidth import needed_mb_s
 from rig_drivers.oak.controls import Controls
 from rig_drivers.oak.decode import Decoded, decode, start_s
 from rig_drivers.oak.sensors import Sensors
@@ -49,8 +51,9 @@ class OakCamera:
         self._views = tuple(views)
         self._sensors = sensors
         self._clock = clock
-        self._controls = Controls.of(config)
+        self._controls = {view: Controls.of(config.of(view)) for view in self._views}
         self._stack = ExitStack()
+        self._arrivals: Arrivals | None = None
         self._streams: Streams | None = None
         self._next_number = 0
         self._dropped: dict[str, int] = {}
@@ -142,7 +145,12 @@ class OakCamera:
         deadline_s = since_s + timeout_s
         while (left_s := deadline_s - self._clock.now_s()) > 0.0:
             group = streams.next_group(min(left_s, _SLICE_S))
-            if group is not None and all(start_s(f) >= begun_s for f in group.frames.values()):
+            if group is None:
+                continue
+            frames = {view: frame.getSequenceNum() for view, frame in group.frames.items()}
+            if self._arrivals is not None:
+                self._arrivals.saw(Seen(group.number, frames))
+            if all(start_s(f) >= begun_s for f in group.frames.values()):
                 return group
         silent = streams.watchdog.silent_since(since_s)
         phase_s = streams.watchdog.phase_s(1.0 / self._config.rate_hz)
@@ -155,7 +163,7 @@ class OakCamera:
             view: decode(group.frames[view], f"{self._name}, view {view}") for view in self._views
         }
         for view, frame in decoded.items():
-            self._controls.require(frame.applied, f"{self._name}, view {view}")
+            self._controls[view].require(frame.applied, f"{self._name}, view {view}")
         frames = tuple(
             Frame(
                 view,
@@ -163,6 +171,7 @@ class OakCamera:
                 timestamp_s=frame.timestamp_s,
                 sequence=self._next_number,
                 exposure_s=frame.applied.exposure_s,
+                colour=frame.colour,
             )
             for view, frame in decoded.items()
         )
@@ -189,6 +198,7 @@ class OakCamera:
         with ExitStack() as stack:
             stack.enter_context(self._sensors)
             period_s = 1.0 / self._config.rate_hz
+            self._arrivals = self._new_arrivals()
             self._streams = stack.enter_context(Streams(self._sensors, period_s=period_s))
             try:
                 self._wait_for_controls()
@@ -229,6 +239,18 @@ class OakCamera:
     def _close(self) -> None:
         self._streams = None
         self._stack.close()
+
+    def _new_arrivals(self) -> Arrivals | None:
+        """None where there is no link that could be too slow."""
+        link = self._sensors.identity.get("link")
+        if link is None:
+            return None
+        return Arrivals(
+            self._name,
+            link=link,
+            needed_mb_s=needed_mb_s(self._config, self._views),
+            rate_hz=self._config.rate_hz,
+        )
 
     def _running(self) -> Streams:
         if self._streams is None:

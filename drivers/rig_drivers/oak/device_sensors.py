@@ -4,13 +4,21 @@ import logging
 from collections.abc import Mapping, Sequence
 from typing import Self
 
-from rig.errors import DeviceLostError
-from rig.factory import FactoryCamera
+from rig.errors import ConfigError, DeviceLostError
+from rig.factory import CALIBRATION_SHA256, FactoryCamera
 from rig.profile import OakCameraConfig
 from rig_drivers.oak.bandwidth import link_of, require_bandwidth
-from rig_drivers.oak.board import camera_outputs, device_config, require_sensors
+from rig_drivers.oak.board import (
+    board_socket,
+    camera_outputs,
+    device_config,
+    require_one_sync_line,
+    require_sensors,
+    resized,
+)
 from rig_drivers.oak.calibration import calibration_fields, factory_cameras
 from rig_drivers.oak.discovery import open_oak
+from rig_drivers.oak.eeprom import calibration_sha256
 from rig_drivers.oak.sdk import dai
 
 _log = logging.getLogger(__name__)
@@ -68,9 +76,9 @@ class DeviceSensors:
         Raises:
             DeviceLostError: it is not open, or stopped answering.
         """
-        size_px = self._config.width_px, self._config.height_px
+        sizes_px = {view: self._config.size_of(view) for view in self._sockets}
         try:
-            return factory_cameras(self._opened().readCalibration(), self._sockets, size_px)
+            return factory_cameras(self._opened().readCalibration(), self._sockets, sizes_px)
         except RuntimeError as error:
             raise DeviceLostError(
                 self.name,
@@ -79,9 +87,14 @@ class DeviceSensors:
             ) from error
 
     def pipeline(self) -> dai.Pipeline:
-        """See `Sensors.pipeline`; the library must not touch the device's calibration by itself."""
+        """See `Sensors.pipeline`; the library must not touch the device's calibration by itself.
+
+        How it would have done so is kept in the identity.
+        """
         pipeline = dai.Pipeline(self._opened())
+        before = pipeline.getAutoCalibrationMode()
         pipeline.setAutoCalibrationMode(dai.Pipeline.AutoCalibrationMode.OFF)
+        self._identity["automatic calibration"] = f"{before.name}, switched off"
         return pipeline
 
     def outputs(self, pipeline: dai.Pipeline) -> dict[str, dai.Node.Output]:
@@ -136,22 +149,56 @@ def prepare_device(
     device.setLogLevel(dai.LogLevel.WARN)
     device.setLogOutputLevel(dai.LogLevel.OFF)
     device.addLogCallback(_log_message)
-    if device.getIrDrivers():  # dots on the board would be taken for its corners
-        device.setIrLaserDotProjectorIntensity(0.0)
-        device.setIrFloodLightIntensity(0.0)
+    _set_lights(device, config, name)
     features = device.getConnectedCameraFeatures()
     require_sensors(features, config, sockets, name)
+    model = str(device.getProductName() or device.getDeviceName())
+    require_one_sync_line(model, config, sockets)
     link, available_mb_s = link_of(device)
-    require_bandwidth(config, len(sockets), link=link, available_mb_s=available_mb_s, device=name)
+    require_bandwidth(config, sockets, link=link, available_mb_s=available_mb_s, device=name)
+    handler = device.readCalibration()
     return {
         "kind": "oak",
-        "model": str(device.getProductName() or device.getDeviceName()),
+        "model": model,
         "serial": device.getDeviceId(),
         "depthai": dai.__version__,
         "link": link,
         **{f"sensor {feature.socket.name}": feature.sensorName for feature in features},
-        **calibration_fields(device.readCalibration(), sockets.values()),
+        **_resized(features, config, sockets, name),
+        **calibration_fields(handler, sockets.values()),
+        CALIBRATION_SHA256: calibration_sha256(handler),
     }
+
+
+def _set_lights(device: dai.Device, config: OakCameraConfig, name: str) -> None:
+    flood_share = config.ir_flood_share
+    if device.getIrDrivers():
+        device.setIrLaserDotProjectorIntensity(0.0)  # dots would be taken for corners of the board
+        if device.setIrFloodLightIntensity(flood_share) or flood_share == 0.0:
+            return
+    elif flood_share == 0.0:
+        return
+    raise ConfigError(
+        f"{name}: asked for infrared flood light of {flood_share:g}, it has none or refuses it",
+        advice="remove camera.ir_flood_share; the Pro models have one",
+    )
+
+
+def _resized(
+    features: Sequence[dai.CameraFeatures],
+    config: OakCameraConfig,
+    sockets: Mapping[str, str],
+    name: str,
+) -> dict[str, str]:
+    """Say which pictures are scaled or cut: in the identity, and to whoever looks on."""
+    by_socket = {feature.socket: feature for feature in features}
+    found: dict[str, str] = {}
+    for view, socket in sockets.items():
+        said = resized(by_socket[board_socket(socket)], config.size_of(view))
+        if said is not None:
+            found[f"size {board_socket(socket).name}"] = said
+            _log.warning("%s, view %s: %s", name, view, said)
+    return found
 
 
 def _log_message(message: dai.LogMessage) -> None:

@@ -1,6 +1,8 @@
 """Which OAK devices there are, and which one a profile means."""
 
 import ipaddress
+import socket
+import string
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,7 +18,7 @@ class FoundOak:
     """One OAK device that answers, opened or not."""
 
     device_id: str
-    """What `camera.device` takes: the id (MxId)."""
+    """What `camera.device` takes, as it takes an address: the id (MxId)."""
     name: str
     """IP address, or USB path."""
     protocol: str
@@ -38,7 +40,7 @@ def find_oak(wanted: str) -> dai.DeviceInfo:
     """Return the device that a profile means.
 
     Args:
-        wanted: device id, IP address, or empty for the only one there is.
+        wanted: device id, IP address, host name, or empty for the only one there is.
 
     Raises:
         DeviceNotFoundError: it is not there, is not permitted, or several are and none is named.
@@ -70,20 +72,22 @@ def open_oak(wanted: str, config: dai.Device.Config | None = None) -> dai.Device
 def choose_oak(wanted: str, infos: Sequence[dai.DeviceInfo]) -> dai.DeviceInfo:
     """Pick one of the devices found; see `find_oak`."""
     named = [info for info in infos if wanted in ("", info.deviceId, info.name)]
+    address = None if named else _address_of(wanted)
+    named = named or [info for info in infos if info.name == address]
     if len(named) == 1:
         if named[0].status == _LOCKED:
             raise DeviceNotFoundError(
                 f"OAK {named[0].deviceId}", "is there, but may not be opened", advice=UDEV
             )
         return named[0]
-    if not named and _is_address(wanted):
-        return dai.DeviceInfo(wanted)  # beyond the reach of a broadcast, but perhaps of a packet
+    if not named and address is not None:
+        return dai.DeviceInfo(address)  # beyond the reach of a broadcast, but perhaps of a packet
     there = ", ".join(f"{info.deviceId} ({info.name})" for info in infos) or "none"
     asked = f"asked for {wanted}" if wanted else "asked for the only OAK device"
     if named:
         then = "name one of them in camera.device"
     elif infos:
-        then = "correct camera.device"
+        then = "correct camera.device: an id, an IP address, or a host name that is known here"
     else:
         then = "check power and cable; without permission they do not show: " + UDEV
     raise DeviceNotFoundError(f"OAK {wanted}".rstrip(), f"{asked}, found {there}", advice=then)
@@ -113,9 +117,18 @@ def _found(info: dai.DeviceInfo) -> FoundOak:
     )
 
 
-def _is_address(text: str) -> bool:
+def _address_of(text: str) -> str | None:
+    """Return the IP address that is written there, or that a host name stands for.
+
+    Ids are never asked of a name server: they are of hexadecimal digits only.
+    """
     try:
-        ipaddress.ip_address(text)
+        return str(ipaddress.ip_address(text))
     except ValueError:
-        return False
-    return True
+        if not text or all(sign in string.hexdigits for sign in text):
+            return None
+    try:
+        found = socket.getaddrinfo(text, None, family=socket.AF_INET, type=socket.SOCK_STREAM)
+    except (OSError, UnicodeError):
+        return None
+    return str(found[0][4][0])

@@ -1,5 +1,6 @@
 """The EEPROM image of a device: read, saved, and written only on purpose, with a way back."""
 
+import hashlib
 import json
 import math
 from collections.abc import Generator, Mapping
@@ -161,6 +162,14 @@ def eeprom_content(handler: dai.CalibrationHandler) -> dict[str, object]:
     sensors = cast("list[list[object]]", content["cameraData"])
     content["cameraData"] = sorted(sensors, key=lambda entry: cast("int", entry[0]))
     return content
+
+
+def calibration_sha256(handler: dai.CalibrationHandler) -> str:
+    """Return what tells one calibration of the sensors from another: the hash of all of it.
+
+    Names and numbers of the board do not count.
+    """
+    return hashlib.sha256(json.dumps(eeprom_content(handler)["cameraData"]).encode()).hexdigest()
 
 
 def first_difference(one: object, other: object, path: str = "") -> str | None:

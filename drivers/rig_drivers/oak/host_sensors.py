@@ -1,13 +1,16 @@
 """Sensors without a device: frames from any source, sent by host nodes into a real pipeline."""
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from datetime import timedelta
 from typing import Protocol, Self
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from rig.factory import FactoryCamera
-from rig.frames import GreyImage
+from rig.factory import CALIBRATION_SHA256, FactoryCamera
+from rig.frames import ColourImage, GreyImage
 from rig_drivers.oak.guarded_node import Failures, GuardedNode
 from rig_drivers.oak.raw10 import pack_raw10
 from rig_drivers.oak.sdk import dai
@@ -21,7 +24,12 @@ class SensorFrame(Protocol):
 
     @property
     def image(self) -> GreyImage:
-        """8 bit for GRAY8; 16 bit, 0..1023, for RAW10."""
+        """8 bit for GRAY8 and NV12; 16 bit, 0..1023, for RAW10."""
+        ...
+
+    @property
+    def colour(self) -> ColourImage | None:
+        """Of NV12, which takes its hue from it and its luma from `image`; None for the others."""
         ...
 
     @property
@@ -107,11 +115,14 @@ class HostSensors:
     @property
     def identity(self) -> Mapping[str, str]:
         """See `Sensors.identity`."""
+        known = self._rack.factory_calibration
+        told = {} if known is None else {CALIBRATION_SHA256: _sha256(known)}
         return {
             "kind": "oak",
             "model": "host nodes, no device",
             "serial": self._rack.serial,
             "depthai": dai.__version__,
+            **told,
         }
 
     @property
@@ -159,7 +170,11 @@ def _message(frame: SensorFrame) -> dai.ImgFrame:
     """Return a frame as a device would send it."""
     height, width = frame.image.shape
     message = dai.ImgFrame()
-    if frame.image.dtype == np.uint8:
+    if frame.colour is not None:
+        message.setType(dai.ImgFrame.Type.NV12)
+        data = np.concatenate([frame.image.reshape(-1), _hue(frame.colour)]).astype(np.uint8)
+        stride = width
+    elif frame.image.dtype == np.uint8:
         message.setType(dai.ImgFrame.Type.GRAY8)
         data, stride = np.ascontiguousarray(frame.image).reshape(-1), width
     else:
@@ -177,3 +192,14 @@ def _message(frame: SensorFrame) -> dai.ImgFrame:
     message.cam.wbColorTemp = frame.white_balance_k
     message.cam.sensorTemperatureC = frame.temperature_degc
     return message
+
+
+def _sha256(cameras: Sequence[FactoryCamera]) -> str:
+    return hashlib.sha256(repr(tuple(cameras)).encode()).hexdigest()
+
+
+def _hue(colour: ColourImage) -> NDArray[np.uint8]:
+    """Return the second plane of NV12: U and V of every square of four pixels in turn."""
+    height, width = colour.shape[:2]
+    planes = cv2.cvtColor(colour, cv2.COLOR_RGB2YUV_I420).reshape(-1)[height * width :]
+    return np.asarray(planes.reshape(2, -1).T, np.uint8).reshape(-1)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rig.devices import Clock
 from rig.errors import ConfigError, DeviceLostError, DeviceNotFoundError
-from rig.frames import Frame, GreyImage, MultiView
+from rig.frames import ColourImage, Frame, GreyImage, MultiView
 from rig.profile import FolderCameraConfig, ViewConfig
 from rig_drivers.stored.camera import StoredCamera
 from rig_drivers.stored.video import SUFFIXES, StoredVideo
@@ -45,7 +45,7 @@ class FolderCamera(StoredCamera):
         self._clock = clock
         self._multiviews: list[tuple[_Stored, ...]] = []
         self._videos: dict[Path, StoredVideo] = {}
-        self._like: GreyImage | None = None
+        self._like: dict[str, GreyImage] = {}
 
     @property
     def identity(self) -> Mapping[str, str]:
@@ -54,7 +54,7 @@ class FolderCamera(StoredCamera):
 
     def _open(self) -> None:
         self._multiviews = self._find()
-        self._like = None
+        self._like = {}
 
     def _close(self) -> None:
         self._multiviews = []
@@ -65,12 +65,15 @@ class FolderCamera(StoredCamera):
     def _read(self, number: int) -> MultiView | None:
         if number >= len(self._multiviews):
             return None
-        images = [self._picture(picture) for picture in self._multiviews[number]]
+        pictures = [
+            self._picture(view, picture)
+            for view, picture in zip(self._views, self._multiviews[number], strict=True)
+        ]
         read_s = self._clock.now_s()
         return MultiView(
             tuple(
-                Frame(view, image, timestamp_s=read_s, sequence=number)
-                for view, image in zip(self._views, images, strict=True)
+                Frame(view, image, timestamp_s=read_s, sequence=number, colour=colour)
+                for view, (image, colour) in zip(self._views, pictures, strict=True)
             )
         )
 
@@ -115,21 +118,28 @@ class FolderCamera(StoredCamera):
             self._videos[path] = StoredVideo(path)
         return [_Stored(path, number) for number in range(len(self._videos[path]))]
 
-    def _picture(self, stored: "_Stored") -> GreyImage:
+    def _picture(self, view: str, stored: "_Stored") -> tuple[GreyImage, ColourImage | None]:
         path = stored.path
         if stored.number is None:
-            image = _read_grey(path)
+            image, colour = _read(path)
         else:
-            image = self._videos[path].picture(stored.number)
-        if self._like is None:
-            self._like = image
-        elif image.shape != self._like.shape or image.dtype != self._like.dtype:
+            image, colour = self._videos[path].picture(stored.number)
+        first = self._like.setdefault(view, image)
+        if image.shape != first.shape or image.dtype != first.dtype:
             raise DeviceLostError(
                 _NAME,
-                f"{path} is {_size(image)}, the first image is {_size(self._like)}",
-                advice="all views of a camera must be alike",
+                f"{path} is {_size(image)}, the first image of view {view} is {_size(first)}",
+                advice="all images of a view must be alike",
             )
-        return image
+        depths = {one.dtype for one in self._like.values()}
+        if len(depths) > 1:
+            found = ", ".join(f"{name} {_size(one)}" for name, one in self._like.items())
+            raise DeviceLostError(
+                _NAME,
+                f"views of {self._place} differ in depth: {found}",
+                advice="views may differ in size, but not in bits: convert one of them",
+            )
+        return image, colour
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,8 +151,8 @@ class _Stored:
     """Which picture of a video; None for an image."""
 
 
-def _read_grey(path: Path) -> GreyImage:
-    """Read PNG, JPEG, TIFF, PGM and the like as grey, 8 or 16 bit as stored."""
+def _read(path: Path) -> tuple[GreyImage, ColourImage | None]:
+    """Read PNG, JPEG, TIFF, PGM and the like as grey, 8 or 16 bit as stored, and its colour."""
     try:
         data = np.frombuffer(path.read_bytes(), np.uint8)
     except OSError as error:
@@ -158,12 +168,18 @@ def _read_grey(path: Path) -> GreyImage:
         )
     if image.dtype.name not in _DEPTHS:
         raise DeviceLostError(_NAME, f"{path} holds {image.dtype}", advice="8 or 16 bit is needed")
-    grey = cast("GreyImage", image)
-    if grey.ndim == 2:
-        return grey
-    has_alpha = grey.shape[2] == 4
+    found = cast("GreyImage", image)
+    if found.ndim == 2:
+        return found, None
+    has_alpha = found.shape[2] == 4
     code = cv2.COLOR_BGRA2GRAY if has_alpha else cv2.COLOR_BGR2GRAY
-    return cast("GreyImage", cv2.cvtColor(grey, code))
+    return cast("GreyImage", cv2.cvtColor(found, code)), _in_colour(found[..., :3])
+
+
+def _in_colour(bgr: GreyImage) -> ColourImage:
+    """Red, green and blue of 8 bits; the upper ones of 16."""
+    top = bgr if bgr.dtype == np.uint8 else bgr >> 8
+    return np.ascontiguousarray(top[..., ::-1], np.uint8)
 
 
 def _natural(path: Path) -> list[tuple[int, str]]:

@@ -1,13 +1,12 @@
 """A stored video as pictures."""
 
 from pathlib import Path
-from typing import cast
 
 import cv2
 import numpy as np
 
 from rig.errors import DeviceLostError
-from rig.frames import GreyImage
+from rig.frames import ColourImage, GreyImage
 
 _NAME = "camera folder"
 
@@ -16,7 +15,7 @@ SUFFIXES = frozenset({".mp4", ".avi", ".mkv", ".mov", ".m4v", ".webm"})
 
 
 class StoredVideo:
-    """Grey pictures of one video file, counted from 0; closed with `close`.
+    """Pictures of one video file, counted from 0; closed with `close`.
 
     Raises:
         DeviceLostError: the file is no video, or is damaged.
@@ -35,8 +34,8 @@ class StoredVideo:
     def __len__(self) -> int:
         return int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
 
-    def picture(self, number: int) -> GreyImage:
-        """Return one picture; reading in order is fast.
+    def picture(self, number: int) -> tuple[GreyImage, ColourImage | None]:
+        """Return one picture in grey and in colour; reading in order is fast.
 
         Raises:
             DeviceLostError: the file ends before that picture.
@@ -51,8 +50,10 @@ class StoredVideo:
                 advice="the file is cut off: write it again",
             )
         self._next = number + 1
-        grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
-        return cast("GreyImage", np.asarray(grey, np.uint8))
+        if picture.ndim == 2:
+            return np.asarray(picture, np.uint8), None
+        grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+        return np.asarray(grey, np.uint8), np.ascontiguousarray(picture[..., ::-1], np.uint8)
 
     def close(self) -> None:
         """Let go of the file."""

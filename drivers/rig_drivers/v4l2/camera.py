@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Self
 
 from rig.devices import Clock, not_open
-from rig.frames import Frame, GreyImage, MultiView
+from rig.frames import ColourImage, Frame, GreyImage, MultiView
 from rig.profile import V4l2CameraConfig
 from rig_drivers.v4l2 import abi
+from rig_drivers.v4l2.colour import to_colour
 from rig_drivers.v4l2.controls import Controls
 from rig_drivers.v4l2.formats import AppliedMode, Mode, set_mode
 from rig_drivers.v4l2.kernel import Kernel
@@ -144,6 +145,9 @@ class V4l2Camera:
         if mode.mode.rate_hz is None:
             self._rate.see(raw.sequence, raw.timestamp_s)
         image = self._image(raw, mode)
+        colour = None
+        if image is not None and self._config.colour:
+            image, colour = self._in_colour(image, raw, mode)
         if image is None:
             stream.dropped["damaged"] += 1
             return None
@@ -156,7 +160,23 @@ class V4l2Camera:
             exposure_s=self._exposure_s,
             bits=DECODERS[mode.mode.pixel_format][1],
             uncertainty_s=uncertainty_s,
+            colour=colour,
         )
+
+    def _in_colour(
+        self, image: GreyImage, raw: RawFrame, mode: AppliedMode
+    ) -> tuple[GreyImage | None, ColourImage | None]:
+        """Return the picture with its colour, where the format has one; None where it is cut."""
+        try:
+            return image, to_colour(
+                raw.data,
+                mode.mode.pixel_format,
+                width_px=mode.mode.width_px,
+                height_px=mode.mode.height_px,
+                bytes_per_line=mode.bytes_per_line,
+            )
+        except PixelError:
+            return None, None
 
     def _image(self, raw: RawFrame, mode: AppliedMode) -> GreyImage | None:
         """Return the picture; None for a damaged one."""

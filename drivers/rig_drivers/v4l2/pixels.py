@@ -49,6 +49,19 @@ def _luma_of_uyvy(data: Bytes, width_px: int, height_px: int, stride: int) -> Gr
     return _rows(data, 2 * width_px, height_px, stride)[:, 1::2].copy()
 
 
+def _luma_of_rgb(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
+    return _luma(data, width_px, height_px, stride, cv2.COLOR_RGB2GRAY)
+
+
+def _luma_of_bgr(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
+    return _luma(data, width_px, height_px, stride, cv2.COLOR_BGR2GRAY)
+
+
+def _luma(data: Bytes, width_px: int, height_px: int, stride: int, code: int) -> GreyImage:
+    pixels = _rows(data, 3 * width_px, height_px, stride).reshape(height_px, width_px, 3)
+    return np.asarray(cv2.cvtColor(pixels, code), np.uint8)
+
+
 def _grey10_packed(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
     """Four pixels in five bytes: the upper eight bits of each, then two lower bits of all."""
     groups = -(-width_px // 4)
@@ -112,6 +125,8 @@ DECODERS: Final[dict[str, tuple[Decoder, int]]] = {
     "YUYV": (_luma_of_yuyv, 8),
     "UYVY": (_luma_of_uyvy, 8),
     "NV12": (_grey8, 8),
+    "RGB3": (_luma_of_rgb, 8),
+    "BGR3": (_luma_of_bgr, 8),
     "MJPG": (_jpeg, 8),
     **dict.fromkeys(("BA81", "GBRG", "GRBG", "RGGB"), (_of_bayer(_grey8), 8)),
     **dict.fromkeys(("BG10", "GB10", "BA10", "RG10"), (_of_bayer(_grey16), 10)),

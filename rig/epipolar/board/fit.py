@@ -18,7 +18,7 @@ from rig.epipolar.board.misalignment import (
 )
 from rig.epipolar.board.sigma import Scores, asymmetry_px, plane_covariance
 from rig.epipolar.board.slope import BoardSlope
-from rig.epipolar.spline import spline_coefficients
+from rig.epipolar.spline import Coefficients, spline_coefficients
 from rig.errors import SlopeError, TargetError
 from rig.geometry.homography import fit_homography, grid_places, map_points
 from rig.targets.corners import Corners
@@ -62,7 +62,7 @@ def fit_board_slope(
     reference = used.index(views.reference)
     board = found[reference]
     common = views.common_px({v: corner.xy_px for v, corner in zip(used, found, strict=True)})
-    xy_px = [common[view] for view in used]
+    xy_px = _one_way_up([common[view] for view in used], reference)
     centre_px, outline_px = _outline(xy_px[reference], board.side_px)
     tracks = fit_corner_tracks(xy_px, x_steps, y_steps, reference, centre_px)
     residual_px = tracks.residual_px
@@ -80,7 +80,7 @@ def fit_board_slope(
         residual_px=residual_px,
         corner_sigma_px=corner_sigma_px,
     )
-    coefficients = np.stack([spline_coefficients(views.images[v], SMOOTH_PX) for v in used])
+    coefficients = _filled_up([spline_coefficients(views.images[v], SMOOTH_PX) for v in used])
     lines = BoardLines(views, used, coefficients, centre_px, misalignment)
     paths = lines.edges(outline_px, tracks.plane, reference)
     fit = _gauss_newton(lines, paths)
@@ -142,6 +142,28 @@ def _usable(
             reason="wrong-count",
         )
     return used, found
+
+
+def _one_way_up(xy_px: Sequence[Float], reference: int) -> list[Float]:
+    """Corners (rows, columns, 2) of all views, numbered from the same end of the board.
+
+    In the common frame all views see the board the same way up. A board that looks the same after
+    half a turn is numbered from the top of each picture, and a camera may stand upside down.
+    """
+    here = xy_px[reference]
+    along = here[-1, -1] - here[0, 0]
+    return [xy[::-1, ::-1] if (xy[-1, -1] - xy[0, 0]) @ along < 0.0 else xy for xy in xy_px]
+
+
+def _filled_up(pictures: Sequence[Coefficients]) -> Coefficients:
+    """(V, H, W) pictures of any size, the smaller ones continued by their last pixels."""
+    height, width = np.max([picture.shape for picture in pictures], axis=0).tolist()
+    return np.stack(
+        [
+            np.pad(picture, ((0, height - picture.shape[0]), (0, width - picture.shape[1])), "edge")
+            for picture in pictures
+        ]
+    )
 
 
 def _outline(xy_px: Float, side_px: float) -> tuple[Float, Float]:

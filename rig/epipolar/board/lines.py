@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from rig.arrays import Float
 from rig.epipolar.board.misalignment import Misalignment
 from rig.epipolar.spline import sample_lines
-from rig.epipolar.views import Image
 from rig.errors import SlopeError
 
 _MIN_ENERGY = 0.02
@@ -22,8 +21,8 @@ class BoardViews(Protocol):
     """Pictures and the way of the epipolar lines through them: `RectifiedViews` and the like."""
 
     @property
-    def images(self) -> Image:
-        """(V, H, W)."""
+    def images(self) -> Sequence[NDArray[np.generic]] | NDArray[np.generic]:
+        """(H, W) per view; they may differ in size."""
         ...
 
     @property
@@ -89,6 +88,7 @@ class BoardLines:
     views: BoardViews
     used: list[int]
     coefficients: NDArray[np.float32]
+    """(V, H, W), where pictures end before the largest filled up with their last pixels."""
     centre_px: Float
     misalignment: Misalignment
 
@@ -120,7 +120,7 @@ class BoardLines:
         pixels = np.stack([column, row]).astype(np.float64)
         slope = plane @ self.design(pixels)
         places = self._places(pixels, slope, [reference])
-        seen = self._inside(places)
+        seen = self._inside(places, [reference])
         pixels, places = pixels[:, seen], np.ascontiguousarray(places[:, :, seen])
         _, gradient = sample_lines(
             self.coefficients[reference : reference + 1],
@@ -140,8 +140,10 @@ class BoardLines:
             )
         return paths
 
-    def _inside(self, places_px: Float) -> NDArray[np.bool_]:
-        height, width = self.coefficients.shape[1:]
+    def _inside(self, places_px: Float, which: Sequence[int] | None = None) -> NDArray[np.bool_]:
+        used = self.used if which is None else [self.used[place] for place in which]
+        shapes = np.array([self.views.images[view].shape for view in used])
+        height, width = shapes.T[:, :, None]
         x, y = places_px[:, 0], places_px[:, 1]
         return ((x >= 3) & (x <= width - 4) & (y >= 3) & (y <= height - 4)).all(axis=0)
 

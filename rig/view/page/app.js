@@ -96,7 +96,8 @@ function drawMap(shown) {
   const name = shown.isDepth ? "depth" : "slope";
   if (app.shows === "label") return drawLabels(shown);
   if (app.shows === "picture") {
-    map.codes(shown.picture(), width, height, GREYS);
+    if (shown.colour()) map.rgb(shown.colour(), width, height);
+    else map.codes(shown.picture(), width, height, GREYS);
     return drawLegend(null);
   }
   if (app.shows === "sigma") {
@@ -107,7 +108,10 @@ function drawMap(shown) {
     return drawLegend(VIRIDIS, range, false, `k = 2, ${shown.header.unit}`);
   }
   const range = rangeOf(name, shown.map());
-  if (isCloud) tellEmpty(cloud.draw(shown, range));
+  if (isCloud) {
+    tellEmpty(cloud.draw(shown, range));
+    if (shown.colour()) return drawLegend(null);
+  }
   else map.values(shown.map(), width, height, TURBO, range, shown.isDepth, app.none);
   drawLegend(TURBO, range, shown.isDepth, shown.isDepth ? "mm" : "px per step");
 }
@@ -191,6 +195,8 @@ function drawReadout(shown, cursor) {
   if (!Number.isNaN(read.value)) $("value").insertAdjacentHTML("beforeend", ` <small>${shown.isDepth ? "mm" : "px per step"} <i>(k=2)</i></small>`);
   const facts = [["x, y", `${cursor.x}, ${cursor.y}`], ["grey", shown.picture()[cursor.y * shown.width + cursor.x]], ["label", read.label]];
   if (shown.isDepth) facts.splice(2, 0, ["slope", Number.isFinite(slope) ? `${signed(slope, 3)} px` : "–"]);
+  const colour = shown.colour()?.subarray(3 * (cursor.y * shown.width + cursor.x)).subarray(0, 3);
+  if (colour) facts.splice(2, 0, ["red, green, blue", colour.join(", ")]);
   list($("facts"), facts);
 }
 
@@ -308,7 +314,15 @@ function show(name) {
   app.shows = name;
   for (const tab of $("tabs").children) tab.setAttribute("aria-selected", String(tab.dataset.shows === name));
   tellEmpty(app.shown ? null : "Waiting for the first frame");
+  want();
   schedule();
+}
+
+// Colour is three times the bytes of a grey picture: it comes while it is looked at.
+function want() {
+  const wants = ["views", "sigma", "label", "slope", "rectified"];
+  if (app.shows === "picture" || app.shows === "cloud") wants.push("colour");
+  if (String(wants) !== String(app.link.wants)) app.link.want(wants);
 }
 
 function take(tool) {
@@ -431,6 +445,6 @@ isDark.addEventListener("change", () => { $("legend").dataset.key = ""; schedule
 document.addEventListener("visibilitychange", () => app.link.freeze(app.isFrozen || document.hidden));
 
 app.link = new Link({ onFrame: took, onWords: heard, onState: stateIs });
-app.link.want(["views", "sigma", "label", "slope", "rectified"]);
+want();
 // For the console, and for whoever tests the page.
 window.rig = { app, readAt, qualityOf, alongLine, sharpness, smallestEigenvector, Rays, move, show, cloud };

@@ -7,7 +7,7 @@ uniform float step_mm, focal_px, size_px, low_mm, high_mm;
 uniform vec2 centre_px;
 uniform mat3 turned;
 uniform mat4 screen;
-uniform sampler2D colours;
+uniform sampler2D colours, rgb;
 uniform bool paint;
 out vec3 colour;
 void main() {
@@ -20,7 +20,7 @@ void main() {
   gl_PointSize = clamp(size_px / gl_Position.w, 1.0, 24.0);
   float level = float(texelFetch(grey, at, 0).r) / 255.0;
   float share = 1.0 - clamp((z - low_mm) / (high_mm - low_mm), 0.0, 1.0);
-  colour = paint ? texture(colours, vec2(share, 0.5)).rgb * (0.35 + 0.65 * level) : vec3(level);
+  colour = paint ? texture(colours, vec2(share, 0.5)).rgb * (0.35 + 0.65 * level) : texelFetch(rgb, at, 0).rgb;
 }`;
 const CLOUD_FRAGMENT = `#version 300 es
 precision mediump float;
@@ -52,7 +52,7 @@ class Cloud {
     if (!gl.getProgramParameter(this.program, gl.LINK_STATUS)) return `WebGL: ${gl.getProgramInfoLog(this.program)}`;
     gl.useProgram(this.program);
     this.places = new Proxy({}, { get: (kept, name) => (kept[name] ??= gl.getUniformLocation(this.program, name)) });
-    this.textures = [0, 1, 2].map(() => {
+    this.textures = [0, 1, 2, 3].map(() => {
       const texture = gl.createTexture();
       gl.bindTexture(gl.TEXTURE_2D, texture);
       for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, side, gl.NEAREST);
@@ -61,7 +61,7 @@ class Cloud {
     });
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     this.upload(2, gl.RGBA8, 256, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(TURBO.buffer));
-    ["steps", "grey", "colours"].forEach((name, unit) => gl.uniform1i(this.places[name], unit));
+    ["steps", "grey", "colours", "rgb"].forEach((name, unit) => gl.uniform1i(this.places[name], unit));
     gl.enable(gl.DEPTH_TEST);
     return null;
   }
@@ -87,12 +87,14 @@ class Cloud {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     this.upload(0, gl.R16UI, width, height, gl.RED_INTEGER, gl.UNSIGNED_SHORT, shown.arrays.depth.data);
     this.upload(1, gl.R8UI, width, height, gl.RED_INTEGER, gl.UNSIGNED_BYTE, shown.picture());
+    const inColour = shown.colour();
+    if (inColour) this.upload(3, gl.RGB8, width, height, gl.RGB, gl.UNSIGNED_BYTE, inColour);
     const columns = Math.ceil(width / this.thin), rows = Math.ceil(height / this.thin), [low, high] = range ?? [0, 1];
     const screen = this.screen(camera, low, high), pixel_mm = 1.25 * this.thin;
     gl.uniform1i(places.width, width);
     gl.uniform1i(places.thin, this.thin);
     gl.uniform1i(places.columns, columns);
-    gl.uniform1i(places.paint, 1);
+    gl.uniform1i(places.paint, inColour ? 0 : 1);
     gl.uniform1f(places.step_mm, shown.header.steps.depth.step);
     gl.uniform1f(places.focal_px, camera.focal_px);
     gl.uniform1f(places.low_mm, low);

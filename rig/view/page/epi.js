@@ -15,21 +15,20 @@ class Epi {
     return along.map((step, i) => ({ step, i })).filter(({ i }) => Math.abs(across[i]) < 0.25).sort((a, b) => a.step - b.step);
   }
   draw(shown, cursor) {
-    const name = shown.header.calibration === null ? "views" : "rectified";
-    const members = this.members(shown.header), all = shown.arrays[name];
+    const members = this.members(shown.header), first_view = shown.epipolar(0);
     const box = this.canvas.getBoundingClientRect();
     const letter = this.isRow ? "H" : "V";
-    if (!all || members.length < 2 || !cursor || box.width < 10) {
+    if (!first_view || members.length < 2 || !cursor || box.width < 10) {
       fitted(this.canvas, box.width, box.height);
       this.caption.textContent = `${letter}  ${members.length < 2 ? "one view only" : cursor ? "–" : "no cursor"}`;
       return;
     }
     const at = shown.inPictures(cursor);
-    const [, height, width] = all.shape, centre = this.isRow ? at.x : at.y, length = this.isRow ? width : height;
+    const [height, width] = first_view.shape, centre = this.isRow ? at.x : at.y, length = this.isRow ? width : height;
     const reach = Math.min(EPI_REACH_PX, length >> 1), first = Math.max(0, Math.min(length - 2 * reach, centre - reach));
     const pixels = this.plate.sized(2 * reach, members.length);
     members.forEach(({ i }, row) => {
-      const view = shown.view(name, i);
+      const view = shown.epipolar(i).data;
       for (let k = 0; k < 2 * reach; k++) {
         const x = this.isRow ? first + k : at.x, y = this.isRow ? at.y : first + k;
         pixels[row * 2 * reach + k] = GREYS[view[y * width + x] ?? 0];

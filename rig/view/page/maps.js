@@ -24,6 +24,11 @@ class Plate {
     }
     this.context.putImageData(this.image, 0, 0);
   }
+  rgb(data, width, height) {
+    const pixels = this.sized(width, height);
+    for (let i = 0, k = 0; i < pixels.length; i++, k += 3) pixels[i] = pixel(data[k], data[k + 1], data[k + 2]);
+    this.context.putImageData(this.image, 0, 0);
+  }
   codes(codes, width, height, colours) {
     const pixels = this.sized(width, height);
     for (let i = 0; i < pixels.length; i++) pixels[i] = colours[codes[i]];

@@ -5,8 +5,7 @@ class Sweep {
     this.board = new Plate($("board"));
   }
   draw({ header, arrays }) {
-    const shown = { header, arrays, view: Shown.prototype.view };
-    this.views.draw(shown);
+    this.views.draw({ header, arrays });
     this.drawBoard(header, arrays.image);
     this.drawPlan(header);
     this.drawCurve(header);

@@ -59,13 +59,12 @@ class Views {
   keyOf({ views, x_steps, y_steps }) { return JSON.stringify([views.map((one) => one.name), x_steps, y_steps]); }
   draw(shown) {
     const { header, arrays } = shown;
-    if (!arrays.views) return;
+    if (!arrays.view_0) return;
     if (this.built !== this.keyOf(header)) this.build(header);
-    const [, height, width] = arrays.views.shape;
     const now = performance.now(), isDue = now - this.measured > 200;
     if (isDue) this.measured = now;
     this.cards.forEach((card, i) => {
-      const data = shown.view("views", i);
+      const { data, shape: [height, width] } = arrays[`view_${i}`];
       this.picture(card.plate, data, width, height);
       if (isDue) this.judge(card, i, data, width, height);
     });

@@ -33,18 +33,22 @@ class Shown {
   // The reference view at the pixels of the maps.
   picture() {
     if (this.arrays.image) return this.arrays.image.data;
-    return this.view("views", this.header.reference);
+    return this.arrays[`view_${this.header.reference}`]?.data ?? null;
   }
+  // The same in red, green and blue; null where the camera is grey, or nobody asked for it.
+  colour() { return this.arrays.colour?.data ?? null; }
   // The pixel of the pictures that a pixel of the maps shows: maps may be of a region, or coarser.
   inPictures({ x, y }) {
     const { x_px, y_px, step } = this.header.grid, middle = step >> 1;
     return { x: x_px + x * step + middle, y: y_px + y * step + middle };
   }
-  view(name, index) {
-    const all = this.arrays[name];
+  // A view at the pixels that slopes are of: rectified, or as taken where there is no calibration.
+  epipolar(index) {
+    if (this.header.calibration === null) return this.arrays[`view_${index}`] ?? null;
+    const all = this.arrays.rectified;
     if (!all) return null;
-    const size = all.shape[1] * all.shape[2];
-    return all.data.subarray(index * size, (index + 1) * size);
+    const [, height, width] = all.shape, size = height * width;
+    return { data: all.data.subarray(index * size, (index + 1) * size), shape: [height, width] };
   }
 }
 

@@ -39,6 +39,6 @@ def sweep_pictures() -> GreyImage:
     found: list[GreyImage] = []
     with SimCamera(profile.camera, world) as camera:
         for slide.at_mm in places_mm(profile, stops()):
-            found.extend(camera.grab(1.0).stack() for _ in range(VARIANTS))
+            found.extend(np.stack(camera.grab(1.0).images) for _ in range(VARIANTS))
     stacked = np.stack(found)
     return cast("GreyImage", stacked.reshape(-1, VARIANTS, *stacked.shape[1:]))

@@ -56,6 +56,26 @@ def test_colour_becomes_grey(tmp_path: Path, channels: int):
         assert (opened.grab(1.0).frames[0].image == 59).all()
 
 
+@pytest.mark.parametrize(("dtype", "scale"), [(np.uint8, 1), (np.uint16, 256)])
+@pytest.mark.parametrize("channels", [3, 4])
+def test_colour_stays_beside_the_grey(tmp_path: Path, dtype: type, scale: int, channels: int):
+    pixels = np.zeros((6, 8, channels), dtype)
+    pixels[:] = (10 * scale, 20 * scale, 200 * scale, 255 * scale)[:channels]  # blue first
+    save(tmp_path / "a.png", pixels)
+    save(tmp_path / "b.png", pixels)
+    with camera(tmp_path, "a.png", "b.png") as opened:
+        colour = opened.grab(1.0).frames[1].colour
+    assert colour is not None
+    assert colour.shape == (6, 8, 3)
+    assert (colour == (200, 20, 10)).all()
+
+
+def test_a_grey_file_has_no_colour(tmp_path: Path):
+    save(tmp_path / "a.png", image(7))
+    with camera(tmp_path, "a.png", "a.png") as opened:
+        assert opened.grab(1.0).frames[0].colour is None
+
+
 def test_numbers_in_names_sort_as_numbers(tmp_path: Path):
     for number in (1, 2, 10):
         save(tmp_path / f"left{number}.png", image(number))
@@ -105,19 +125,35 @@ def test_views_of_different_count_are_refused(tmp_path: Path):
     assert "left 2, right 1" in refused(tmp_path, "left*.png", "right*.png")
 
 
+def test_every_view_keeps_its_own_size(tmp_path: Path):
+    save(tmp_path / "a.png", image(1))
+    save(tmp_path / "b.png", image(2, shape=(9, 4)))
+    with camera(tmp_path, "a.png", "b.png") as opened:
+        taken = opened.grab(1.0).images
+    assert [one.shape for one in taken] == [(6, 8), (9, 4)]
+
+
 @pytest.mark.parametrize(
     ("other", "said"),
     [
-        (image(1, shape=(6, 9)), "9 x 6 px, 8 bit, the first image is 8 x 6 px, 8 bit"),
-        (image(1, dtype=np.uint16), "8 x 6 px, 16 bit"),
+        (image(1, shape=(6, 9)), "9 x 6 px, 8 bit, the first image of view right is 8 x 6 px, 8"),
+        (image(1, dtype=np.uint16), "8 x 6 px, 16 bit, the first image of view right is 8 x 6 px"),
     ],
 )
-def test_views_of_different_size_or_depth_are_refused(tmp_path: Path, other: np.ndarray, said: str):
-    save(tmp_path / "a.png", image(1))
-    save(tmp_path / "b.png", other)
-    message = refused(tmp_path, "a.png", "b.png")
-    assert "b.png" in message
+def test_a_view_whose_images_differ_is_refused(tmp_path: Path, other: np.ndarray, said: str):
+    for name in ("a1", "a2", "b1"):
+        save(tmp_path / f"{name}.png", image(1))
+    save(tmp_path / "b2.png", other)
+    message = refused(tmp_path, "a*.png", "b*.png")
+    assert "b2.png" in message
     assert said in message
+
+
+def test_views_of_different_depth_are_refused(tmp_path: Path):
+    save(tmp_path / "a.png", image(1))
+    save(tmp_path / "b.png", image(1, dtype=np.uint16))
+    message = refused(tmp_path, "a.png", "b.png")
+    assert "differ in depth: left 8 x 6 px, 8 bit, right 8 x 6 px, 16 bit" in message
 
 
 @pytest.mark.parametrize("content", [b"", b"not an image", b"\x89PNG\r\n\x1a\nbroken"])

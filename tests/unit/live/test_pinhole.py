@@ -99,7 +99,7 @@ def test_with_a_calibration_picture_and_camera_are_those_of_the_rectified_view()
     frame = DepthMeter(run).measure(rectified(run, taken), follows=False)
     reference = small.profile.reference
     assert frame.image.dtype == multiview.frames[reference].image.dtype
-    assert (frame.image == optics.pictures(multiview.stack())[reference]).all()
+    assert (frame.image == optics.pictures(multiview.images)[reference]).all()
     common = optics.rectification.camera
     assert frame.camera.matrix.tolist() == [
         [common.fx_px, 0.0, common.cx_px],

@@ -106,7 +106,7 @@ def test_an_index_of_nonsense_is_told(tmp_path: Path, content: object, told: str
         (PICTURE | {"width": -1}, "width"),
         (PICTURE | {"width": 3}, "2 bytes for 3 x 1 px, mono8"),
         (PICTURE | {"height": 0}, "height"),
-        (PICTURE | {"encoding": "rgb8"}, "encoding 'rgb8'"),
+        (PICTURE | {"encoding": "bgr8"}, "encoding 'bgr8'"),
         (PICTURE | {"data": "?"}, "base64|padding|character"),
         (PICTURE | {"data": 7}, "data"),
         ({}, "encoding"),

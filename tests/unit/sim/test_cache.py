@@ -12,6 +12,7 @@ from rig_sim.world import Moment
 from tests.support.cameras import SMALL, SmallRig
 
 KEY = "ab" + "0" * 62
+SHAPES = [(8, 10)] * 3
 
 
 def stack(seed: int = 1) -> np.ndarray:
@@ -22,7 +23,7 @@ class CountingRenderer(AnalyticRenderer):
     def __init__(self) -> None:
         self.rendered = 0
 
-    def render(self, moment: Moment) -> np.ndarray:
+    def render(self, moment: Moment) -> tuple[np.ndarray, ...]:
         self.rendered += 1
         return super().render(moment)
 
@@ -30,11 +31,23 @@ class CountingRenderer(AnalyticRenderer):
 def test_a_stored_stack_comes_back_as_it_was_stored(tmp_path: Path):
     cache = PictureCache(tmp_path)
     stored = cache.store(KEY, stack())
-    again = cache.load(KEY, (3, 8, 10))
+    again = cache.load(KEY, SHAPES)
     assert again is not None
     np.testing.assert_array_equal(again, stored)
     np.testing.assert_allclose(again, stack(), atol=0.5 / 65535)
-    assert cache.load("cd" + KEY[2:], (3, 8, 10)) is None
+    assert cache.load("cd" + KEY[2:], SHAPES) is None
+
+
+def test_pictures_of_different_sizes_come_back_each_at_its_own(tmp_path: Path):
+    shapes = [(8, 10), (5, 20), (9, 3)]
+    pictures = [np.random.default_rng(1).random(shape, np.float32) for shape in shapes]
+    cache = PictureCache(tmp_path)
+    cache.store(KEY, pictures)
+    again = cache.load(KEY, shapes)
+    assert again is not None
+    assert [one.shape for one in again] == shapes
+    for one, picture in zip(again, pictures, strict=True):
+        np.testing.assert_allclose(one, picture, atol=0.5 / 65535)
 
 
 def test_a_broken_file_is_no_picture(tmp_path: Path, caplog: pytest.LogCaptureFixture):
@@ -43,14 +56,14 @@ def test_a_broken_file_is_no_picture(tmp_path: Path, caplog: pytest.LogCaptureFi
     (path,) = tmp_path.rglob("*.png")
     for broken in (path.read_bytes()[:-40], b"", b"no picture"):
         path.write_bytes(broken)
-        assert cache.load(KEY, (3, 8, 10)) is None
+        assert cache.load(KEY, SHAPES) is None
     assert "broken" in caplog.text
 
 
 def test_a_stack_of_another_size_is_no_picture(tmp_path: Path):
     cache = PictureCache(tmp_path)
     cache.store(KEY, stack())
-    assert cache.load(KEY, (3, 8, 11)) is None
+    assert cache.load(KEY, [(8, 11)] * 3) is None
 
 
 def test_the_longest_unused_pictures_go_first(tmp_path: Path):
@@ -60,9 +73,9 @@ def test_the_longest_unused_pictures_go_first(tmp_path: Path):
     for age, key in enumerate(keys[:3]):
         cache.store(key, stack())
         os.utime(tmp_path / "held" / key[:2] / f"{key}.png", (age, age))
-    assert cache.load(keys[0], (3, 8, 10)) is not None  # used just now
+    assert cache.load(keys[0], SHAPES) is not None  # used just now
     cache.store(keys[3], stack())
-    left = [cache.load(key, (3, 8, 10)) is not None for key in keys]
+    left = [cache.load(key, SHAPES) is not None for key in keys]
     assert left == [True, False, False, True]
 
 

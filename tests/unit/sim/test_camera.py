@@ -53,7 +53,7 @@ def test_a_slow_consumer_of_the_stream_gets_the_newest_frame_and_the_lost_ones_a
 def test_two_runs_with_one_seed_see_the_same_pixels():
     def take(seed: int) -> np.ndarray:
         with SmallRig((*SMALL, f"world.seed={seed}")).camera() as camera:
-            return np.stack([camera.grab(1.0).stack() for _ in range(2)])
+            return np.stack([camera.grab(1.0).images for _ in range(2)])
 
     np.testing.assert_array_equal(take(3), take(3))
     assert (take(3) != take(4)).any()
@@ -62,7 +62,9 @@ def test_two_runs_with_one_seed_see_the_same_pixels():
 def test_every_view_and_every_frame_has_its_own_noise():
     rig = SmallRig((*SMALL, "world.view_errors={}"))
     with rig.camera() as camera:
-        stacks = [taken.stack().astype(int) for taken in itertools.islice(camera.stream(), 2)]
+        stacks = [
+            np.stack(taken.images).astype(int) for taken in itertools.islice(camera.stream(), 2)
+        ]
     wall = (slice(0, 20), slice(0, 160))
     between_frames = stacks[0][0][wall] - stacks[1][0][wall]
     between_views = stacks[0][0][wall] - stacks[0][3][wall]

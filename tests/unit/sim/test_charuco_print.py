@@ -30,7 +30,7 @@ def a_board(**changes: object) -> CharucoConfig:
 def test_a_sweep_measures_a_charuco_board_as_it_does_a_checkerboard():
     rig = SmallRig(CHARUCO, slide=Slide(-603.0))
     with rig.camera() as camera:
-        images = camera.grab(3.0).stack()
+        images = np.stack(camera.grab(3.0).images)
     measured = measure_sample(rig.profile, nominal_optics(rig.profile), images)
     truth = rig.world.true_slope_px(600.0)
     assert measured.slope_px == pytest.approx(truth, abs=0.01)
@@ -41,7 +41,7 @@ def test_a_sweep_measures_a_charuco_board_as_it_does_a_checkerboard():
 def test_a_part_of_a_charuco_board_is_refused_by_a_sweep_with_the_reason():
     rig = SmallRig((*CHARUCO, "world.board_offset_mm=[150.0, 0.0]"), slide=Slide(-803.0))
     with rig.camera() as camera:
-        images = camera.grab(3.0).stack()
+        images = np.stack(camera.grab(3.0).images)
     measured = measure_sample(rig.profile, nominal_optics(rig.profile), images)
     assert measured.failure is not None
     assert measured.failure.reason == "clipped"
@@ -51,8 +51,8 @@ def test_a_part_of_a_charuco_board_is_refused_by_a_sweep_with_the_reason():
 def test_both_renderers_draw_the_same_markers():
     rig = SmallRig((*CHARUCO, "world.board_tilt_deg=[10.0, -15.0]"), slide=Slide(-703.0))
     moment = rig.world.moment(0.0)
-    traced = MitsubaRenderer(samples_per_px=64, seed=1).render(moment)
-    drawn = AnalyticRenderer().render(moment)
+    traced = np.stack(MitsubaRenderer(samples_per_px=64, seed=1).render(moment))
+    drawn = np.stack(AnalyticRenderer().render(moment))
     board = moment.board
     assert board is not None
     corners_px = moment.cameras[0].pixels(board.in_world_mm(board.corners_mm()))

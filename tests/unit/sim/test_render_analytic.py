@@ -30,7 +30,7 @@ def test_pixels_hold_the_light_that_falls_on_their_area(profile: str):
     rig = SmallRig((*SMALL, "world.board_tilt_deg=[12.0, -17.0]"), profile, slide=Slide(-800.0))
     moment = rig.world.moment(0.0)
     assert moment.board is not None
-    pictures = AnalyticRenderer().render(moment)
+    pictures = np.stack(AnalyticRenderer().render(moment))
     random = np.random.default_rng(1)
     checked = 0
     for _ in range(300):
@@ -52,7 +52,7 @@ def test_a_board_half_outside_the_picture_is_drawn_as_far_as_it_goes():
 
 def test_a_board_outside_the_picture_leaves_the_bench():
     pictures = [
-        AnalyticRenderer().render(SmallRig((*SMALL, override)).world.moment(0.0))
+        np.stack(AnalyticRenderer().render(SmallRig((*SMALL, override)).world.moment(0.0)))
         for override in (
             "world.board_offset_mm=[5000.0, 0.0]",
             "world.board_offset_mm=[0.0, 9000.0]",
@@ -62,7 +62,7 @@ def test_a_board_outside_the_picture_leaves_the_bench():
 
 
 def test_nothing_is_saturated_or_black():
-    picture = AnalyticRenderer().render(SmallRig(SMALL).world.moment(0.0))
+    picture = np.stack(AnalyticRenderer().render(SmallRig(SMALL).world.moment(0.0)))
     assert picture.min() > 0.05
     assert picture.max() < 0.9
 
@@ -70,4 +70,4 @@ def test_nothing_is_saturated_or_black():
 def test_another_scene_is_refused():
     rig = SmallRig(SMALL, scene="desk")
     with pytest.raises(ConfigError, match=r'world\.renderer = "mitsuba"'):
-        AnalyticRenderer().render(rig.world.moment(0.0))
+        np.stack(AnalyticRenderer().render(rig.world.moment(0.0)))

@@ -43,8 +43,8 @@ def test_a_traced_board_is_the_drawn_one(
     profile: str, overrides: tuple[str, ...], mean: float, most: float
 ):
     seen = moment(profile, *overrides)
-    traced = MitsubaRenderer(samples_per_px=64, seed=1).render(seen)
-    error = np.abs(traced - AnalyticRenderer().render(seen))
+    traced = np.stack(MitsubaRenderer(samples_per_px=64, seed=1).render(seen))
+    error = np.abs(traced - np.stack(AnalyticRenderer().render(seen)))
     assert error.shape == (5, 36, 48)
     assert error.mean() < mean
     assert error.max() < most
@@ -57,20 +57,25 @@ def test_what_is_behind_the_board_is_kept_as_long_as_no_camera_moves():
     renderer = MitsubaRenderer(samples_per_px=16, seed=1)
     seen = moment("sim")
     nearer, moved = moment("sim", travelled_mm=-903.0), moment("sim", "world.optics.focal_px=60.0")
-    first = renderer.render(seen)
+    first = np.stack(renderer.render(seen))
     for other in (nearer, moved, seen):
-        assert np.abs(renderer.render(other) - AnalyticRenderer().render(other)).mean() < 0.012
-    np.testing.assert_array_equal(renderer.render(seen), first)
+        assert (
+            np.abs(
+                np.stack(renderer.render(other)) - np.stack(AnalyticRenderer().render(other))
+            ).mean()
+            < 0.012
+        )
+    np.testing.assert_array_equal(np.stack(renderer.render(seen)), first)
 
 
 def test_without_a_board_the_wall_and_the_bench_are_seen():
     seen = moment("sim")
     away = moment("sim", "world.board_offset_mm=[5000.0, 0.0]")
     empty = replace(seen, board=None)
-    assert AnalyticRenderer().render(away).max() < 0.5
+    assert np.stack(AnalyticRenderer().render(away)).max() < 0.5
     for without in (empty, away):
-        traced = MitsubaRenderer(samples_per_px=16, seed=1).render(without)
-        assert np.abs(traced - AnalyticRenderer().render(away)).mean() < 0.012
+        traced = np.stack(MitsubaRenderer(samples_per_px=16, seed=1).render(without))
+        assert np.abs(traced - np.stack(AnalyticRenderer().render(away))).mean() < 0.012
 
 
 def test_a_renderer_is_named_by_all_that_its_pictures_depend_on():
@@ -85,8 +90,10 @@ def test_pixels_at_the_end_of_the_paper_hold_their_share_of_it(overrides: tuple[
     seen = replace(seen, cameras=seen.cameras[:2])
     board = seen.board
     assert board is not None
-    drawn = AnalyticRenderer().render(seen)
-    behind = AnalyticRenderer().render(moment("sim", "world.board_offset_mm=[5000.0, 0.0]"))
+    drawn = np.stack(AnalyticRenderer().render(seen))
+    behind = np.stack(
+        AnalyticRenderer().render(moment("sim", "world.board_offset_mm=[5000.0, 0.0]"))
+    )
     places = (np.arange(FINE) + 0.5) / FINE - 0.5
     ends = 0
     for view, camera in enumerate(seen.cameras):

@@ -12,7 +12,7 @@ from rig_sim.carriage import Carriage
 from rig_sim.charuco_print import charuco_print
 from rig_sim.clock import VirtualClock
 from rig_sim.motion import trapezoid
-from rig_sim.noise import Exposure
+from rig_sim.noise import Exposure, ViewExposure
 from rig_sim.pictures import Exposures
 
 from rig.errors import CaptureTimeoutError, ConfigError
@@ -118,7 +118,7 @@ def test_the_last_three_moments_are_kept():
     exposures = Exposures(rig.world)
     assert exposures.renderer == "analytic"
 
-    def at(place_mm: float) -> tuple[Exposure, ...]:
+    def at(place_mm: float) -> tuple[ViewExposure, ...]:
         rig.slide.at_mm = place_mm
         return exposures.at(0.0)
 

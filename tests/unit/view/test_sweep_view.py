@@ -73,7 +73,8 @@ def test_a_sweep_is_told_from_its_plan_to_its_curve(
     view.took(new[0], samples[0].key)
     header, arrays = page.next()
     assert (header["at"], header["sample"], header["done"]) == (0, 0, 1)
-    np.testing.assert_array_equal(arrays["views"], new[0].multiview.stack())
+    for number, picture in enumerate(new[0].multiview.images):
+        np.testing.assert_array_equal(arrays[f"view_{number}"], picture)
     assert "image" not in arrays, "nothing is measured yet"
 
     corners = (((10.0, 20.0), (30.0, 20.5)),)

@@ -83,11 +83,11 @@ def test_a_link_has_a_name_and_a_rate(
 
 def test_a_link_that_is_just_fast_enough_is_taken():
     config = oak_config()
-    needed = needed_mb_s(config, 2)
+    needed = needed_mb_s(config, PAIR)
     assert needed == 20.48
-    require_bandwidth(config, 2, link="USB 2", available_mb_s=needed, device="OAK 1")
+    require_bandwidth(config, PAIR, link="USB 2", available_mb_s=needed, device="OAK 1")
     with pytest.raises(ConfigError) as caught:
-        require_bandwidth(config, 2, link="USB 3", available_mb_s=10.24, device="OAK 1")
+        require_bandwidth(config, PAIR, link="USB 3", available_mb_s=10.24, device="OAK 1")
     assert "2 x 1280 x 800 px gray8 at 10 Hz need 20.5 MB/s, USB 3 carries 10" in str(caught.value)
     assert "lower camera.rate_hz to 5.0 or the size" in str(caught.value)
     assert "cable" not in str(caught.value)

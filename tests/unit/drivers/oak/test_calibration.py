@@ -39,22 +39,23 @@ def test_the_identity_carries_what_the_device_knew():
 
 def test_the_factory_calibration_is_that_of_the_pictures_that_are_taken():
     sockets = {"l": "CAM_B", "r": "CAM_C"}
-    full = factory_cameras(oak_d(), sockets, (1280, 800))
+    full = factory_cameras(oak_d(), sockets, dict.fromkeys(sockets, (1280, 800)))
     assert full is not None
     assert [camera.view for camera in full] == ["l", "r"]
     assert full[1].matrix_px[0] == pytest.approx((800.0, 0.0, 640.5))
     assert full[1].centre_mm == pytest.approx((75.0, 0.0, 0.0))
     assert not full[0].is_fisheye
-    half = factory_cameras(oak_d(), sockets, (640, 400))
+    half = factory_cameras(oak_d(), sockets, dict.fromkeys(sockets, (640, 400)))
     assert half is not None
     # The middle of pixels 640 and 641 of the sensor becomes that of pixel 320.
     assert half[0].matrix_px[0] == pytest.approx((400.0, 0.0, (640.5 + 0.5) / 2 - 0.5))
     assert (half[0].width_px, half[0].height_px) == (640, 400)
     # 16:9 of 16:10: cut above and below, 40 rows of the sensor each.
-    cut = factory_cameras(oak_d(), sockets, (1280, 720))
+    cut = factory_cameras(oak_d(), sockets, dict.fromkeys(sockets, (1280, 720)))
     assert cut is not None
     assert cut[0].matrix_px[1] == pytest.approx((0.0, 800.0, 400.5 - 40.0))
 
 
 def test_a_device_that_does_not_know_all_its_sensors_knows_none():
-    assert factory_cameras(oak_d(), {"l": "CAM_B", "far": "CAM_D"}, (1280, 800)) is None
+    far = {"l": "CAM_B", "far": "CAM_D"}
+    assert factory_cameras(oak_d(), far, dict.fromkeys(far, (1280, 800))) is None

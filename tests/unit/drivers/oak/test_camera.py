@@ -112,9 +112,9 @@ def test_sensors_half_a_period_apart_are_never_paired():
 
 def test_raw_pixels_are_the_same_picture_in_ten_bits():
     with OakRig(("world.seed=3",)).camera() as camera:
-        grey = camera.grab(10.0).stack().astype(float)
+        grey = np.stack(camera.grab(10.0).images).astype(float)
     with OakRig(("world.seed=3", "camera.pixels=raw10")).camera() as camera:
-        raw = camera.grab(10.0).stack()
+        raw = np.stack(camera.grab(10.0).images)
     assert raw.dtype == np.uint16
     assert np.abs(raw / 1023.0 - grey / 255.0).mean() < 0.01
 
@@ -122,11 +122,11 @@ def test_raw_pixels_are_the_same_picture_in_ten_bits():
 def test_a_grab_after_a_move_shows_the_board_where_it_is_now():
     rig = OakRig()
     with rig.camera() as camera:
-        before = camera.grab(10.0).stack().astype(float)
+        before = np.stack(camera.grab(10.0).images).astype(float)
         rig.slide.at_mm = -300.0
-        moved = camera.grab(10.0).stack().astype(float)
+        moved = np.stack(camera.grab(10.0).images).astype(float)
         rig.slide.at_mm = -603.0
-        back = camera.grab(10.0).stack().astype(float)
+        back = np.stack(camera.grab(10.0).images).astype(float)
     noise = np.abs(back - before).mean()
     assert np.abs(moved - before).mean() > 5.0 * noise
 

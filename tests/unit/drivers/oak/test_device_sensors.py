@@ -10,7 +10,8 @@ from rig_drivers.oak.device_sensors import DeviceSensors, prepare_device
 from rig_drivers.oak.sdk import dai
 
 from rig.errors import ConfigError, DeviceLostError, DeviceNotFoundError
-from tests.support.oak import feature, oak_config, oak_d
+from rig.factory import CALIBRATION_SHA256
+from tests.support.oak import oak_config, oak_d, three_features, three_views
 
 PAIR = {"left": "CAM_B", "right": "CAM_C"}
 
@@ -42,7 +43,7 @@ class FakeDevice:
         return [("LM3644", 2, 0x63)]
 
     def getConnectedCameraFeatures(self) -> list[dai.CameraFeatures]:  # noqa: N802
-        return [feature("CAM_B"), feature("CAM_C")]
+        return three_features()
 
     def readCalibration(self) -> dai.CalibrationHandler:  # noqa: N802
         return oak_d()
@@ -109,6 +110,77 @@ def test_a_slow_link_is_refused_before_anything_flows():
 )
 def test_every_link_has_a_name_and_a_rate(fake: FakeDevice, link: tuple[str, float]):
     assert link_of(as_device(fake)) == link
+
+
+@pytest.mark.parametrize(
+    ("protocol", "name"),
+    [
+        (dai.XLinkProtocol.X_LINK_LOCAL_SHDMEM, "no cable"),
+        (dai.XLinkProtocol.X_LINK_TCP_IP_OR_LOCAL_SHDMEM, "no cable"),
+        (dai.XLinkProtocol.X_LINK_USB_VSC, "a link of unknown speed"),
+    ],
+)
+def test_a_link_of_unknown_speed_is_not_taken_for_a_slow_one(
+    protocol: dai.XLinkProtocol, name: str
+):
+    fake = FakeDevice(dai.UsbSpeed.UNKNOWN)
+    fake.getProtocol = lambda: protocol
+    assert link_of(as_device(fake)) == (name, None)
+    identity = prepare_device(as_device(fake), oak_config(rate_hz=120.0), PAIR)
+    assert identity["link"] == name
+
+
+def test_flood_light_is_a_wish_and_dots_are_never_on():
+    fake = FakeDevice()
+    prepare_device(as_device(fake), oak_config(ir_flood_share=0.4), PAIR)
+    told = dict(fake.told)
+    assert (told["flood"], told["dots"]) == (0.4, 0.0)
+
+
+@pytest.mark.parametrize("has_drivers", [False, True])
+def test_flood_light_that_is_not_there_is_refused(has_drivers: bool):
+    fake = FakeDevice()
+    fake.getIrDrivers = lambda: [("LM3644", 2, 0x63)] if has_drivers else []
+    fake.setIrFloodLightIntensity = lambda intensity: intensity == 0.0
+    with pytest.raises(ConfigError, match=r"infrared flood light of 0\.4, it has none"):
+        prepare_device(as_device(fake), oak_config(ir_flood_share=0.4), PAIR)
+    prepare_device(as_device(fake), oak_config(), PAIR)
+
+
+def test_the_hash_of_its_calibration_changes_with_the_calibration_alone():
+    fake = FakeDevice()
+    first = prepare_device(as_device(fake), oak_config(), PAIR)
+    again = prepare_device(as_device(FakeDevice()), oak_config(rate_hz=20.0), PAIR)
+    assert len(first[CALIBRATION_SHA256]) == 64
+    assert again[CALIBRATION_SHA256] == first[CALIBRATION_SHA256]
+    board = oak_d()
+    board.setBoardInfo("OAK-D", "R2")
+    fake.readCalibration = lambda: board
+    renamed = prepare_device(as_device(fake), oak_config(), PAIR)
+    assert renamed[CALIBRATION_SHA256] == first[CALIBRATION_SHA256]
+    fake.readCalibration = lambda: oak_d(focal_px=800.5)
+    changed = prepare_device(as_device(fake), oak_config(), PAIR)
+    assert changed[CALIBRATION_SHA256] != first[CALIBRATION_SHA256]
+
+
+def test_the_three_cameras_of_an_oak_d_are_one_rig(caplog: pytest.LogCaptureFixture):
+    config = three_views()
+    with caplog.at_level(logging.WARNING):
+        identity = prepare_device(as_device(FakeDevice()), config, config.sockets)
+    assert identity["sensor CAM_A"] == "IMX378"
+    assert not [key for key in identity if key.startswith("size ")]
+    assert caplog.text == ""
+
+
+def test_pictures_that_are_scaled_or_cut_are_told(caplog: pytest.LogCaptureFixture):
+    half = {**three_views().sensors["middle"].given, "width_px": 960, "height_px": 600}
+    config = three_views(sensors={"middle": half})
+    with caplog.at_level(logging.WARNING):
+        identity = prepare_device(as_device(FakeDevice()), config, config.sockets)
+    # 600 of 1080 lines: 1920 columns become 1066.7, of which 960 are kept.
+    said = "960 x 600 px of a sensor of 1920 x 1080 px: scaled by 0.556 cut by 107 x 0 px"
+    assert identity["size CAM_A"] == said
+    assert f"view middle: {said}" in caplog.text
 
 
 def test_the_log_of_a_device_reaches_ours(caplog: pytest.LogCaptureFixture):

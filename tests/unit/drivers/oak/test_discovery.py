@@ -33,6 +33,17 @@ def test_an_address_beyond_the_broadcast_is_tried():
     assert choose_oak("10.0.0.5", [USB]).name == "10.0.0.5"
 
 
+def test_a_host_name_is_the_address_that_it_stands_for():
+    assert choose_oak("localhost", [USB]).name == "127.0.0.1"
+    local = device("127.0.0.1", "184430102144CC1200")
+    assert choose_oak("localhost", [USB, local]) is local
+
+
+def test_a_host_name_that_nobody_knows_is_not_there():
+    with pytest.raises(DeviceNotFoundError, match=r"asked for oak\.invalid, found 1844"):
+        choose_oak("oak.invalid", [USB])
+
+
 @pytest.mark.parametrize(
     ("wanted", "there", "says"),
     [
