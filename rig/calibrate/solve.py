@@ -7,9 +7,11 @@ from typing import Literal
 import numpy as np
 
 from rig.arrays import Float
+from rig.calibrate.light import lit_part
 from rig.calibrate.sight import PictureSightings, all_sightings
 from rig.errors import CalibrationError
 from rig.geometry.bundle import Calibration, solve_rig
+from rig.geometry.bundle.part import Part
 from rig.geometry.bundle.solve import Fixed
 from rig.geometry.half_turn import agree_on_turns
 from rig.geometry.lens import LensModel
@@ -116,4 +118,10 @@ def _solved(
         start=choices.start,
         fixed=choices.fixed,
         steps=np.array([[view.x_steps, view.y_steps] for view in profile.views]),
+        lit=_lit(pictures, profile.reference),
     )
+
+
+def _lit(pictures: Sequence[PictureSightings], view: int) -> Part | None:
+    looked = [one.brightness[view] for one in pictures if one.brightness]
+    return lit_part(looked) if looked else None
