@@ -9,6 +9,7 @@ from rig.profile.cameras import (
     SimCameraConfig,
 )
 from rig.profile.models import Profile, SweepConfig
+from rig.profile.parts import PartConfig, Region, regions_in
 from rig.profile.stages import (
     CommandStageConfig,
     GrblStageConfig,
@@ -43,8 +44,10 @@ __all__ = [
     "MarlinStageConfig",
     "NoiseConfig",
     "OakCameraConfig",
+    "PartConfig",
     "Profile",
     "RecordingCameraConfig",
+    "Region",
     "SerialStageConfig",
     "SimCameraConfig",
     "StageConfig",
@@ -55,4 +58,5 @@ __all__ = [
     "WorldConfig",
     "ZaberFirmwareConfig",
     "ZaberStageConfig",
+    "regions_in",
 ]

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from rig.devices import Clock
 from rig.errors import ConfigError, DeviceLostError, DeviceNotFoundError
 from rig.frames import Frame, GreyImage, MultiView
-from rig.profile import FolderCameraConfig, ViewConfig
+from rig.profile import FolderCameraConfig, Region, ViewConfig, regions_in
+from rig_drivers.split import cut
 from rig_drivers.stored.camera import StoredCamera
 from rig_drivers.stored.video import SUFFIXES, StoredVideo
 
@@ -26,7 +27,8 @@ class FolderCamera(StoredCamera):
 
     Numbers inside names sort as numbers: `img_2` comes before `img_10`. Patterns may reach into
     folders, so that the frames of a sweep are a camera too: `stop_*/sample_*/left.png`. One video
-    per view is a camera as well; its pictures are taken in order.
+    per view is a camera as well; its pictures are taken in order. A picture that holds several
+    views is read once and taken apart.
 
     The timestamp of a multi-view is the time of reading.
 
@@ -46,6 +48,7 @@ class FolderCamera(StoredCamera):
         self._multiviews: list[tuple[_Stored, ...]] = []
         self._videos: dict[Path, StoredVideo] = {}
         self._like: GreyImage | None = None
+        self._regions: dict[tuple[str, int, int], dict[str, Region]] = {}
 
     @property
     def identity(self) -> Mapping[str, str]:
@@ -65,7 +68,7 @@ class FolderCamera(StoredCamera):
     def _read(self, number: int) -> MultiView | None:
         if number >= len(self._multiviews):
             return None
-        images = [self._picture(picture) for picture in self._multiviews[number]]
+        images = self._images(self._multiviews[number])
         read_s = self._clock.now_s()
         return MultiView(
             tuple(
@@ -114,6 +117,36 @@ class FolderCamera(StoredCamera):
         if path not in self._videos:
             self._videos[path] = StoredVideo(path)
         return [_Stored(path, number) for number in range(len(self._videos[path]))]
+
+    def _images(self, pictures: "Sequence[_Stored]") -> list[GreyImage]:
+        whole = {stored: self._picture(stored) for stored in dict.fromkeys(pictures)}
+        named = zip(self._views, pictures, strict=True)
+        images = [self._part(view, stored, whole[stored]) for view, stored in named]
+        sizes = {view: _size(image) for view, image in zip(self._views, images, strict=True)}
+        if len(set(sizes.values())) > 1:
+            listed = ", ".join(f"{view} {size}" for view, size in sizes.items())
+            raise DeviceLostError(
+                _NAME, f"views differ in size: {listed}", advice="correct camera.parts"
+            )
+        return images
+
+    def _part(self, view: str, stored: "_Stored", whole: GreyImage) -> GreyImage:
+        if view not in self._config.parts:
+            return whole
+        source = self._config.files[view]
+        seen = (source, whole.shape[0], whole.shape[1])
+        if seen not in self._regions:
+            self._regions[seen] = self._regions_in(source, stored.path, whole)
+        return cut(whole, self._regions[seen][view])
+
+    def _regions_in(self, source: str, path: Path, whole: GreyImage) -> dict[str, Region]:
+        files, parts = self._config.files, self._config.parts
+        own = {view: parts[view] for view in self._views if view in parts and files[view] == source}
+        height_px, width_px = whole.shape
+        try:
+            return regions_in(own, (width_px, height_px))
+        except ValueError as error:
+            raise ConfigError(f"camera.{error}", advice=f"look at {path}") from error
 
     def _picture(self, stored: "_Stored") -> GreyImage:
         path = stored.path

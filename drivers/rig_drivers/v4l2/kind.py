@@ -28,14 +28,12 @@ max_skew_s = 0.005     # a board that stands still allows more
 
 def _open(config: V4l2CameraConfig, around: Surroundings) -> Camera:
     from rig_drivers.array.camera_array import CameraArray
-    from rig_drivers.v4l2.camera import V4l2Camera
+    from rig_drivers.v4l2.device_views import cameras_of
     from rig_drivers.v4l2.kernel import LinuxKernel
 
-    views = [view.name for view in around.views]
-    kernel = LinuxKernel()
     return CameraArray(
-        [V4l2Camera(config, view, kernel=kernel, clock=SystemClock()) for view in views],
-        views=views,
+        cameras_of(config, LinuxKernel(), SystemClock()),
+        views=[view.name for view in around.views],
         period_s=1.0 / config.rate_hz,
         max_skew_s=config.max_skew_s,
         timeout_s=config.timeout_s,
