@@ -23,6 +23,12 @@ def _stages() -> tuple[str, ...]:
     return (*new_stages(), NO_STAGE)
 
 
+def _layouts() -> tuple[str, ...]:
+    from rig.profile.parts import layouts
+
+    return layouts()
+
+
 def new_profile(
     name: Annotated[
         str, typer.Argument(metavar="NAME", help="Name of the rig: letters, digits, _, . and -.")
@@ -47,6 +53,16 @@ def new_profile(
     views: Annotated[
         int | None,
         typer.Option(min=2, max=5, help="How many views.", show_default="what is there"),
+    ] = None,
+    layout: Annotated[
+        str | None,
+        typer.Option(
+            parser=one_of(_layouts),
+            autocompletion=_layouts,
+            metavar="LAYOUT",
+            help="How the picture of one device holds all views; a wrong word lists all.",
+            show_default="a picture each",
+        ),
     ] = None,
     stage: Annotated[
         str | None,
@@ -77,8 +93,10 @@ def new_profile(
 
     path = out if out is not None else Path("calib_profiles") / f"{name}.toml"
     if start is not None:
-        if camera or views or stage:
-            raise typer.BadParameter("--from stands alone, without --camera, --views, --stage")
+        if camera or views or stage or layout:
+            raise typer.BadParameter(
+                "--from stands alone, without --camera, --views, --layout, --stage"
+            )
         text = copied_text(start, name)
     else:
         from rig.hardware.find import find_devices
@@ -90,6 +108,7 @@ def new_profile(
             views=views,
             stage=None if stage == NO_STAGE else stage,
             has_stage=stage != NO_STAGE,
+            layout=layout,
         )
         text = profile_text(recipe)
     write_new(path, text)

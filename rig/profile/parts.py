@@ -1,6 +1,6 @@
 """Parts of a picture: where the views of a device lie that gives several of them in one picture."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Literal, get_args
 
@@ -22,6 +22,11 @@ _TILES: Final[Mapping[str, tuple[int, int]]] = {
     "interleaved": (2, 1),
 }
 """By layout: how many places lie across and down."""
+IN_TURN: Final = ("Y8I", "Y12I")
+"""Pixel formats in which two sensors give every pixel in turn: the picture is twice as wide."""
+_TWO_WIDE, _FOUR_WIDE, _TWO_HIGH = 2.4, 4.8, 0.95
+"""Width over height: from 2 x 5:4 and 4 x 5:4 on there are two or four in a row, with a little
+room; a picture that is higher than wide is two, one above the other."""
 SHORTHAND: Final = rf"^({'|'.join(get_args(Layout))}):[1-9][0-9]*$"
 """`side-by-side:2` for the second place."""
 
@@ -236,3 +241,25 @@ def by_source(sources: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
     for view, source in sources.items():
         found[source] = (*found.get(source, ()), view)
     return found
+
+
+def likely_layout(picture_px: tuple[int, int] | None, pixel_formats: Sequence[str]) -> str | None:
+    """Guess how many views a device's pictures hold, by their shape; None for a single one.
+
+    Sensors are between 5:4 and 16:9. What is much wider or higher is more than one of them; four
+    in two rows have the shape of one and cannot be told. Only ever an offer.
+
+    Args:
+        picture_px: width and height.
+        pixel_formats: what the device offers; some hold two views by their nature.
+    """
+    if any(name in IN_TURN for name in pixel_formats):
+        return "interleaved"
+    if picture_px is None or min(picture_px) < 1:
+        return None
+    ratio = picture_px[0] / picture_px[1]
+    if ratio >= _FOUR_WIDE:
+        return "four-side-by-side"
+    if ratio >= _TWO_WIDE:
+        return "side-by-side"
+    return "top-bottom" if ratio < _TWO_HIGH else None

@@ -1,13 +1,13 @@
 """V4L2 cameras in a profile."""
 
 from collections.abc import Mapping
-from typing import Final, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
 from rig.profile.cameras import CameraConfig
 from rig.profile.model import Positive
-from rig.profile.parts import PartConfig, Region, by_source, regions_in, require_parts
+from rig.profile.parts import IN_TURN, PartConfig, Region, by_source, regions_in, require_parts
 
 ControlValue = bool | int | str
 """A switch, a number, or the name of a menu entry."""
@@ -21,8 +21,6 @@ V4l2PixelFormat = Literal[
 ]
 # fmt: on
 """The kernel's four letters."""
-_IN_TURN: Final = ("Y8I", "Y12I")
-"""Formats in which two sensors give every pixel in turn: the picture is twice as wide."""
 
 
 class V4l2CameraConfig(CameraConfig):
@@ -98,7 +96,7 @@ class V4l2CameraConfig(CameraConfig):
     @property
     def picture_px(self) -> tuple[int, int]:
         """Width and height of what a device gives at a time, all its views together."""
-        return (2 if self.pixel_format in _IN_TURN else 1) * self.width_px, self.height_px
+        return (2 if self.pixel_format in IN_TURN else 1) * self.width_px, self.height_px
 
     @property
     def regions(self) -> dict[str, Region]:
@@ -126,7 +124,7 @@ class V4l2CameraConfig(CameraConfig):
     @model_validator(mode="after")
     def _parts_are_views(self) -> Self:
         require_parts(self.devices, self.parts, "devices")
-        if self.pixel_format in _IN_TURN:
+        if self.pixel_format in IN_TURN:
             odd = [v for v in self.devices if v not in self.parts or not self.parts[v].is_in_turn]
             if odd:
                 raise ValueError(
