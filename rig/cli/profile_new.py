@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from rig.cli.choices import one_of
+from rig.cli.next_verb import tell_next
 from rig.cli.output import show, tell
 
 NO_STAGE = "none"
@@ -115,7 +116,5 @@ def new_profile(
     profile = load_profile(str(path))
     show(str(path))
     stage_kind = "no stage" if profile.stage is None else f"stage {profile.stage.kind}"
-    tell(
-        f"{len(profile.views)} views, camera {profile.camera.kind}, {stage_kind}; settle the lines "
-        f"that say MEASURE, then: rig check {path if out else name} --no-move"
-    )
+    tell(f"{len(profile.views)} views, camera {profile.camera.kind}, {stage_kind}")
+    tell_next("profile new", as_json=False, profile=path if out else name)
