@@ -83,7 +83,7 @@ def test_the_board_stands_at_the_scale_of_the_world_times_what_is_reported():
     assert stage.identity == {"kind": "reports"}
 
 
-def test_a_stage_that_cannot_say_leaves_the_board_where_it_was():
+def test_a_stage_that_gives_no_answer_leaves_the_board_where_it_was():
     stage, reports = rehearsed()
     with stage:
         stage.home()
@@ -96,7 +96,7 @@ def test_a_stage_that_cannot_say_leaves_the_board_where_it_was():
     assert reports.asked == asked  # a closed stage is not asked
 
 
-def test_a_picture_shows_the_board_where_a_controller_on_a_wire_says_it_is():
+def test_a_picture_shows_the_board_where_a_controller_on_a_wire_has_it():
     rig = SmallRig((*SMALL, "world.carriage.board_at_machine_zero_mm=210.0"))
     with simulated_bench() as bench:
         world = World(rig.profile, clock=bench.clock, carriage=rig.slide, scene="board")
