@@ -1,6 +1,6 @@
 """One picture that holds several views, taken apart."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Self, cast
@@ -88,7 +88,7 @@ class SplitCamera:
         return replace(multiview, frames=frames)
 
     @contextmanager
-    def _naming_all(self, timeout_s: float) -> Iterator[None]:
+    def _naming_all(self, timeout_s: float) -> Generator[None]:
         """Let a timeout name the views, and not the one picture that did not come."""
         try:
             yield

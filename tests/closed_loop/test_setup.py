@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 from tests.support.command import Command
-from tests.support.small_sim import SMALL_SIM, as_options
+from tests.support.small_sim import SMALL_PAIR, as_options
 
 LONGEST_S = 300.0
 PROMPTS = ("[Enter] run, s skip, q leave: ", "[Enter] when that is done: ")
-QUICK = (*SMALL_SIM, "sweep.count=6", "sweep.samples=1", "sweep.backward_every=0")
+QUICK = (*SMALL_PAIR, "sweep.count=6", "sweep.samples=1", "sweep.backward_every=0")
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
 
@@ -53,7 +53,7 @@ def test_it_leads_to_a_curve_and_goes_on_where_it_was_left(rig: Command, tmp_pat
     said, code = typed(options, ["", "s", ""], tmp_path)  # check; calibrated by hand; sweep
     assert code == 0, said
     assert "done  target     sim-target.pdf" in said
-    assert "10 pass" in said or " pass, " in said
+    assert ", 0 fail, " in said
     assert "done  sweep      curve 1" in said
     assert said.rstrip().endswith("next: rig capture sim")
     told = rig("setup", *options, "--json").json

@@ -17,15 +17,13 @@ from rig_sim.world import World
 
 from rig.frames import MultiView
 from rig.profile import PartConfig, SimCameraConfig, regions_in
+from rig.profile.parts import picture_of
 from tests.support.command import Command
-from tests.support.small_sim import SMALL_SIM, as_options
+from tests.support.small_sim import SMALL_PAIR, as_options
 from tests.support.stores import sqlite_url
 
-PAIR = (
-    *as_options(SMALL_SIM),
-    *("--set", "world.hand.hold_s=0.7", "--set", "world.hand.move_s=0.05"),
-)
-SHORT = ("--at-mm", "450,520,600,700,850,1000", "--samples", "1", *as_options(SMALL_SIM))
+BY_HAND = as_options((*SMALL_PAIR, "world.hand.hold_s=0.7", "world.hand.move_s=0.05"))
+SHORT = ("--at-mm", "450,520,600,700,850,1000", "--samples", "1", *as_options(SMALL_PAIR))
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 
 
@@ -75,13 +73,11 @@ def stereo_webcam(monkeypatch: pytest.MonkeyPatch) -> list[SideBySide]:
     def one_device(config: SimCameraConfig, world: World) -> SplitCamera:
         camera = SimCamera(config, world)
         made.append(SideBySide(camera))
-        width_px, height_px = config.size_px
         parts = {
-            view: PartConfig(x_px=place * width_px, width_px=width_px)
-            for place, view in enumerate(camera.views)
+            view: PartConfig(layout="side-by-side", place=place)
+            for place, view in enumerate(camera.views, start=1)
         }
-        whole_px = (width_px * len(parts), height_px)
-        return SplitCamera(made[-1], regions_in(parts, whole_px))
+        return SplitCamera(made[-1], regions_in(parts, picture_of("side-by-side", config.size_px)))
 
     monkeypatch.setattr("rig_sim.camera.SimCamera", one_device)
     return made
@@ -90,7 +86,7 @@ def stereo_webcam(monkeypatch: pytest.MonkeyPatch) -> list[SideBySide]:
 def swept(rig: Command, folder: Path) -> dict[str, Any]:
     folder.mkdir()
     database = ("--db", sqlite_url(folder))
-    calibrated = rig("calibrate", "sim", "--pictures", 4, "--lens", "none", *PAIR, *database)
+    calibrated = rig("calibrate", "sim", "--pictures", 4, "--lens", "none", *BY_HAND, *database)
     assert calibrated.code in (0, 3), calibrated.err
     answer = rig("sweep", "sim", *SHORT, "--calibration", "1", *database, "--json")
     assert answer.code in (0, 3), answer.err
