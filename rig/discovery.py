@@ -20,6 +20,9 @@ class FoundDevice:
     """Further names of the same device; some of them change from start to start."""
     problem: str | None = None
     """Why it cannot be used as it is, and how to mend that; None if all is well."""
+    layout: str | None = None
+    """The layout of `rig.profile.parts` that the shape of its pictures suggests, where they may
+    hold several views; a guess."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rig.errors import OptionError
-from rig.profile import FolderCameraConfig, Profile
+from rig.profile import FolderCameraConfig, PartConfig, Profile, V4l2CameraConfig
+from rig.profile.parts import by_source
 
 _VIDEOS = ("mp4", "avi", "mkv", "mov", "m4v", "webm")
 _IMAGES = ("png", "jpg", "jpeg", "tif", "tiff", "bmp", "pgm")
@@ -16,7 +17,8 @@ def stored_pictures(profile: Profile, given: Sequence[str], root: Path) -> Profi
     Args:
         profile: the rig.
         given: one folder, in which every view is a video `VIEW.mp4`, a folder `VIEW` of images, or
-            images whose names begin with the view's; or `VIEW=PATTERN` for every view.
+            images whose names begin with the view's; or `VIEW=PATTERN` for every view. Views that
+            name the same pictures are the parts of them that the profile says.
         root: where relative patterns start.
 
     Raises:
@@ -36,8 +38,25 @@ def stored_pictures(profile: Profile, given: Sequence[str], root: Path) -> Profi
             )
         files = {name: _below(folder, pattern) for name, pattern in files.items()}
         folder = Path(folder.anchor)
-    camera = FolderCameraConfig(kind="folder", folder=str(folder), files=files)
+    camera = FolderCameraConfig(
+        kind="folder", folder=str(folder), files=files, parts=_parts(profile, files)
+    )
     return profile.model_copy(update={"camera": camera, "world": None})
+
+
+def _parts(profile: Profile, files: dict[str, str]) -> dict[str, PartConfig]:
+    """The profile's parts of those views that have their pictures in common with others."""
+    camera = profile.camera
+    known = camera.parts if isinstance(camera, FolderCameraConfig | V4l2CameraConfig) else {}
+    common = {view for views in by_source(files).values() if len(views) > 1 for view in views}
+    without = sorted(common - set(known))
+    if without:
+        raise OptionError(
+            f"--frames names the same pictures for {', '.join(sorted(common))}, and profile "
+            f"{profile.name} does not say where in them {', '.join(without)} lies",
+            advice="give each view pictures of its own, or set camera.parts",
+        )
+    return {view: known[view] for view in common}
 
 
 def _pair(text: str) -> tuple[str, str]:

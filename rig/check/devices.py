@@ -53,7 +53,11 @@ def judge_stream(profile: Profile, camera: Camera, clock: Clock, stills: Stills)
         return
     if stills.failure is None:
         skews_s = [multiview.skew_s for multiview in stills.multiviews]
-        yield judge_skew([*skews_s, *stream.skews_s], profile.camera.max_skew_s)
+        yield judge_skew(
+            [*skews_s, *stream.skews_s],
+            profile.camera.max_skew_s,
+            is_one_picture=profile.camera.is_one_picture,
+        )
     yield judge_rate(stream, profile.camera.asked_rate_hz)
     yield judge_drops(stream)
 

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from rig.cli.calibration_result import calibration_as_dict, calibration_lines
+from rig.cli.next_verb import tell_next
 from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
 from rig.cli.output import show, show_json, tell
 from rig.cli.page_options import View, ViewHost, ViewPort, calibrate_page, page_request
@@ -132,4 +133,6 @@ def calibrate(
             f"rig: weak calibration; sweeps and captures take it only on purpose: "
             f"--calibration {result.calibration_id}"
         )
+        tell_next("calibrate, weak", as_json=as_json, profile=profile_name)
         raise typer.Exit(3)
+    tell_next("calibrate", as_json=as_json, profile=profile_name)

@@ -13,6 +13,7 @@ from rig.cli.capture_processing import (
     TemporalFrames,
     processing_overrides,
 )
+from rig.cli.next_verb import tell_next
 from rig.cli.options import (
     MOST_FRAMES,
     AsJson,
@@ -141,7 +142,9 @@ def capture(
         raise typer.Exit(130)
     if summary.failed_gate is not None:
         tell(f"rig: quality gate missed: {summary.failed_gate}")
+        tell_next("capture, gate", as_json=as_json, profile=profile_name)
         raise typer.Exit(3)
+    tell_next("capture", as_json=as_json, profile=profile_name)
 
 
 def _as_dict(summary: "CaptureSummary") -> dict[str, object]:

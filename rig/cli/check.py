@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rig.cli.next_verb import tell_next
 from rig.cli.options import AsJson, CalibrationChoice, DatabaseUrl, Overrides, ProfileName
 from rig.cli.output import show, show_json, tell
 
@@ -63,7 +64,10 @@ def check(
     if verdict == "fail":
         names = ", ".join(item.name for item in items if item.status == "fail")
         tell(f"rig: {profile.name} is not ready to sweep: {names}")
+        tell_next("check, fail", as_json=as_json, profile=profile_name)
         raise typer.Exit(3)
+    stays = no_move and profile.stage is not None
+    tell_next("check, no move" if stays else "check", as_json=as_json, profile=profile_name)
 
 
 def _as_dict(item: "Item") -> dict[str, object]:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rig.cli.next_verb import tell_next
 from rig.cli.options import (
     MOST_FRAMES,
     AsJson,
@@ -81,6 +82,7 @@ def compare(
         show_json(comparison_as_dict(comparison))
     else:
         _show(comparison)
+    tell_next("compare", as_json=as_json, profile=profile_name)
 
 
 def _show(comparison: "Comparison") -> None:

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from rig.cli.next_verb import tell_next
 from rig.cli.output import show, show_json, tell
 from rig.cli.sweep_result import result_as_dict, result_lines
 
@@ -11,8 +12,15 @@ if TYPE_CHECKING:
     from rig.sweep.conclude import SweepResult
 
 
-def show_result(result: "SweepResult", *, as_json: bool) -> None:
-    """Print a sweep's result; end with exit code 3 where it misses a gate."""
+def show_result(result: "SweepResult", *, as_json: bool, profile_name: str | None = None) -> None:
+    """Print a sweep's result; end with exit code 3 where it misses a gate.
+
+    Args:
+        result: what the sweep came to.
+        as_json: whether a program reads it.
+        profile_name: what the user calls the profile; by default the rig's name.
+    """
+    known = {"profile": profile_name or result.rig, "sweep": result.sweep_id}
     if as_json:
         show_json(result_as_dict(result))
     else:
@@ -21,4 +29,6 @@ def show_result(result: "SweepResult", *, as_json: bool) -> None:
     for failed in result.failed_gates:
         tell(f"rig: quality gate missed: {failed}")
     if result.failed_gates:
+        tell_next("sweep, gate", as_json=as_json, **known)
         raise typer.Exit(3)
+    tell_next("sweep", as_json=as_json, **known)

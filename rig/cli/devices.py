@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rig.cli.next_verb import tell_next
 from rig.cli.options import AsJson, finite
 from rig.cli.output import show, show_json
 
@@ -54,9 +55,11 @@ def devices(
     if not any(findings.devices for findings in found):
         show()
         show("nothing is plugged in; without hardware: rig sweep sim, then rig capture sim")
+        tell_next("devices, none", as_json=False)
     else:
         show()
         show("a profile for them: rig profile new NAME")
+        tell_next("devices", as_json=False)
 
 
 def as_dict(findings: "Findings") -> dict[str, object]:

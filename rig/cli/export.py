@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rig.cli.format_choice import choice_of
+from rig.cli.next_verb import tell_next
 from rig.cli.options import AsJson, DatabaseUrl
 from rig.cli.output import show, show_json
 from rig.cli.pairs import pairs
@@ -147,6 +148,7 @@ def export(
         show_json(_as_dict(number, target, exported))
     else:
         _show(number, target, exported)
+    tell_next("export", as_json=as_json)
 
 
 def _export_capture(
@@ -174,6 +176,7 @@ def _export_capture(
     points = "" if exported.points is None else f", {exported.points} points"
     frames = f"{exported.frames} frame{'' if exported.frames == 1 else 's'}"
     show(f"{exported.path}: {target}, {frames} of {source}{points}")
+    tell_next("export", as_json=as_json)
 
 
 def _as_dict(number: int, target: str, exported: "Exported") -> dict[str, object]:

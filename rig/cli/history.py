@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from rig.cli.next_verb import tell_next
 from rig.cli.options import AsJson, DatabaseUrl
 from rig.cli.output import show, show_json, table
 
@@ -75,6 +76,7 @@ def history(*, database: DatabaseUrl = None, as_json: AsJson = False) -> None:
     )
     for line in table(cells, header):
         show(line)
+    tell_next("history", as_json=False)
 
 
 def next_step(row: "HistoryRow") -> str:

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from rig.cli.format_choice import choice_of
+from rig.cli.next_verb import tell_next
 from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
 from rig.cli.output import show, show_json
 from rig.cli.pairs import pairs
@@ -72,3 +73,4 @@ def import_calibration(
             f"  {name}: f {camera.fx_px:.2f} px, lens {camera.lens}, at "
             f"{x:+.2f}, {y:+.2f}, {z:+.2f} mm"
         )
+    tell_next("import", as_json=False, profile=profile_name)

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from rig.cli.next_verb import tell_next
 from rig.cli.options import AsJson, Overrides, ProfileName
 from rig.cli.output import show, show_json, table, tell
 from rig.cli.profile_new import new_profile
@@ -34,6 +35,7 @@ def list_profiles(*, as_json: AsJson = False) -> None:
     cells = [[str(row["name"]), str(row["description"])] for row in rows]
     for line in table(cells, ("name", "description")):
         show(line)
+    tell_next("profile list", as_json=False)
 
 
 @app.command("show")
@@ -50,6 +52,7 @@ def show_profile(
         return
     tell(f"{find_profile(name)}:")
     show(toml_text(profile).rstrip("\n"))
+    tell_next("profile show", as_json=False, profile=name)
 
 
 @app.command("check")
@@ -81,7 +84,9 @@ def check_profile(
         doubted += [name] if found else []
     if doubted:
         tell(f"rig: to be settled before a run: {', '.join(doubted)}")
+        tell_next("profile check, doubts", as_json=False, profile=doubted[0])
         raise typer.Exit(3)
+    tell_next("profile check", as_json=False, profile=names[0])
 
 
 @app.command("schema")

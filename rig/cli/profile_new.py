@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from rig.cli.choices import one_of
+from rig.cli.next_verb import tell_next
 from rig.cli.output import show, tell
 
 NO_STAGE = "none"
@@ -21,6 +22,12 @@ def _stages() -> tuple[str, ...]:
     from rig.profile.template import new_stages
 
     return (*new_stages(), NO_STAGE)
+
+
+def _layouts() -> tuple[str, ...]:
+    from rig.profile.parts import layouts
+
+    return layouts()
 
 
 def new_profile(
@@ -47,6 +54,16 @@ def new_profile(
     views: Annotated[
         int | None,
         typer.Option(min=2, max=5, help="How many views.", show_default="what is there"),
+    ] = None,
+    layout: Annotated[
+        str | None,
+        typer.Option(
+            parser=one_of(_layouts),
+            autocompletion=_layouts,
+            metavar="LAYOUT",
+            help="How the picture of one device holds all views; a wrong word lists all.",
+            show_default="a picture each",
+        ),
     ] = None,
     stage: Annotated[
         str | None,
@@ -77,8 +94,10 @@ def new_profile(
 
     path = out if out is not None else Path("calib_profiles") / f"{name}.toml"
     if start is not None:
-        if camera or views or stage:
-            raise typer.BadParameter("--from stands alone, without --camera, --views, --stage")
+        if camera or views or stage or layout:
+            raise typer.BadParameter(
+                "--from stands alone, without --camera, --views, --layout, --stage"
+            )
         text = copied_text(start, name)
     else:
         from rig.hardware.find import find_devices
@@ -90,13 +109,12 @@ def new_profile(
             views=views,
             stage=None if stage == NO_STAGE else stage,
             has_stage=stage != NO_STAGE,
+            layout=layout,
         )
         text = profile_text(recipe)
     write_new(path, text)
     profile = load_profile(str(path))
     show(str(path))
     stage_kind = "no stage" if profile.stage is None else f"stage {profile.stage.kind}"
-    tell(
-        f"{len(profile.views)} views, camera {profile.camera.kind}, {stage_kind}; settle the lines "
-        f"that say MEASURE, then: rig check {path if out else name} --no-move"
-    )
+    tell(f"{len(profile.views)} views, camera {profile.camera.kind}, {stage_kind}")
+    tell_next("profile new", as_json=False, profile=path if out else name)

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from rig.cli.next_verb import tell_next
 from rig.cli.options import AsJson, DatabaseUrl, SweepNumber
 from rig.cli.output import show, show_json
 
@@ -37,3 +38,4 @@ def report(
         show_json({"sweep": sweep_id, "report": str(path)})
     else:
         show(str(path))
+    tell_next("report", as_json=as_json)

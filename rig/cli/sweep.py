@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rig.cli.conclusion import show_result
+from rig.cli.next_verb import tell_next
 from rig.cli.options import (
     MOST_SAMPLES,
     MOST_STOPS,
@@ -122,6 +123,7 @@ def sweep(
     if dry_run:
         stops, planned_samples = plan_of(profile, request)
         _show_plan(stops, planned_samples, planned_times(profile, stops, planned_samples), as_json)
+        tell_next("sweep, dry run", as_json=as_json, profile=profile_name)
         return
     with (
         open_store(database, absent="refused" if resume else "made") as store,
@@ -145,7 +147,7 @@ def sweep(
             lambda: f"sweep {number} and its curve are stored; its page: rig report {number}"
         ):
             write_report(store, result)
-    show_result(result, as_json=as_json)
+    show_result(result, as_json=as_json, profile_name=profile_name)
 
 
 def _numbers(texts: list[str]) -> list[float]:

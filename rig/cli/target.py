@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rig.cli.next_verb import tell_next
 from rig.cli.options import AsJson, Overrides, finite
 from rig.cli.output import show, show_json
 from rig.cli.words import profile_names
@@ -120,6 +121,7 @@ def target(
         f"{out}: {drawing.title}, board {width_mm:g} x {height_mm:g} mm on a page of "
         f"{drawing.width_mm:g} x {drawing.height_mm:g} mm; print at 100 %, then measure the ruler"
     )
+    tell_next("target", as_json=False, profile=profile_name or "PROFILE")
 
 
 def _of_profile(name: str, overrides: list[str]) -> "Target":

@@ -35,6 +35,7 @@ class Verb(NamedTuple):
 
 VERBS: dict[str, dict[str, Verb]] = {
     "Set up": {
+        "setup": Verb("setup:setup", "Lead through a first run, from what is plugged in to depth."),
         "devices": Verb(
             "devices:devices", "List what is plugged in, with the names a profile needs."
         ),

@@ -13,6 +13,7 @@ from rig.profile.plugins import CAMERAS, STAGES
 
 if TYPE_CHECKING:
     from rig_drivers.oak.eeprom import Eeprom
+    from rig_sim.bench import SimulatedBench
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,22 +113,25 @@ class _Bench:
     ) -> None:
         self._profile = profile
         self.clock: Clock = SystemClock()
-        simulated: object | None = None
+        self._simulated: SimulatedBench | None = None
         if profile.is_simulated(with_stage=uses_stage):
-            from rig_sim.bench import SimulatedBench, plugged_world
+            from rig_sim import bench
 
             world = stack.enter_context(
-                plugged_world(profile, uses_stage=uses_stage, target_in_hand=target_in_hand)
+                bench.plugged_world(profile, uses_stage=uses_stage, target_in_hand=target_in_hand)
             )
-            simulated, self.clock = SimulatedBench(world), world.clock
-        self._around = Surroundings(profile.name, profile.views, self.clock, simulated)
+            self._simulated, self.clock = bench.SimulatedBench(world), world.clock
+        self._around = Surroundings(profile.name, profile.views, self.clock, self._simulated)
 
     def camera(self) -> Camera:
         config = self._profile.camera
         return CAMERAS.kind(config.kind).open(config, self._around)
 
     def stage(self, config: StageConfig) -> Stage:
-        return STAGES.kind(config.kind).open(config, self._around)
+        stage = STAGES.kind(config.kind).open(config, self._around)
+        if self._simulated is None or config.is_simulated:
+            return stage
+        return self._simulated.rehearsed(stage)  # a true stage before a simulated camera
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from rig.profile.cameras import (
 )
 from rig.profile.models import Profile, SweepConfig
 from rig.profile.oak_cameras import OakCameraConfig, OakPixels, OakSensorConfig
+from rig.profile.parts import PartConfig, Region, regions_in
 from rig.profile.stages import (
     CommandStageConfig,
     GrblStageConfig,
@@ -45,8 +46,10 @@ __all__ = [
     "OakCameraConfig",
     "OakPixels",
     "OakSensorConfig",
+    "PartConfig",
     "Profile",
     "RecordingCameraConfig",
+    "Region",
     "SerialStageConfig",
     "SimCameraConfig",
     "StageConfig",
@@ -57,4 +60,5 @@ __all__ = [
     "WorldConfig",
     "ZaberFirmwareConfig",
     "ZaberStageConfig",
+    "regions_in",
 ]

@@ -1,11 +1,12 @@
 """Cameras in a profile: one closed model per kind, told apart by `kind`."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from rig.profile.model import Model, NotNegative, Positive
+from rig.profile.parts import PartConfig, by_source, require_parts
 
 PictureSide = Annotated[int, Field(ge=16)]
 
@@ -73,6 +74,11 @@ class CameraConfig(Model):
         """Width and height of the pictures of one view; None where the profile does not say it."""
         del view
         return self.size_px
+
+    @property
+    def is_one_picture(self) -> bool:
+        """Whether all views are parts of one picture, so that there is no skew between them."""
+        return False
 
     @property
     def asked_rate_hz(self) -> float | None:
@@ -145,7 +151,10 @@ class FolderCameraConfig(CameraConfig):
     """Folder with the images; relative paths start at the profile file."""
     files: dict[str, str]
     """By view name: a file name or pattern (`left_*.png`), one match per multi-view, in order; or
-    a video, which holds them all."""
+    a video, which holds them all. Views of one picture name the same files, and their `parts`."""
+    parts: dict[str, PartConfig] = Field(default={})
+    """By view name: which part of the pictures it is, as `"side-by-side:1"`; a view without a part
+    is the whole picture."""
 
     @property
     def is_stored(self) -> bool:
@@ -156,6 +165,16 @@ class FolderCameraConfig(CameraConfig):
     def by_view(self) -> Mapping[str, Mapping[str, object]]:
         """See `CameraConfig.by_view`."""
         return {"files": self.files}
+
+    @property
+    def is_one_picture(self) -> bool:
+        """See `CameraConfig.is_one_picture`."""
+        return len(self.parts) > 1 and len(by_source(self.files)) == 1
+
+    @model_validator(mode="after")
+    def _parts_are_views(self) -> Self:
+        require_parts(self.files, self.parts, "files")
+        return self
 
 
 class RecordingCameraConfig(CameraConfig):

@@ -43,6 +43,8 @@ class NewCamera:
     """What is plugged in, by the names that its search gave; perhaps more or fewer than views."""
     width_px: int
     height_px: int
+    layout: str | None = None
+    """How the views lie in the one picture of the first device; None where each has its own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +70,8 @@ class CameraTemplate:
     """How many views it has when nobody says; None: as many as devices are plugged in."""
     built_in: "BuiltIn | None" = None
     """The views of one device that knows them itself; None where places must be measured."""
+    takes_layout: bool = False
+    """Whether one device may give all views in one picture, see `NewCamera.layout`."""
 
 
 @dataclass(frozen=True, slots=True)

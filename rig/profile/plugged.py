@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from rig.discovery import Findings, FoundDevice
 from rig.errors import ConfigError
 from rig.profile.kinds import CameraTemplate
+from rig.profile.parts import places_of
 from rig.profile.plugins import CAMERAS, STAGES
 from rig.profile.template import (
     PLACES,
@@ -27,6 +28,7 @@ def recipe_for(
     views: int | None,
     stage: str | None,
     has_stage: bool = True,
+    layout: str | None = None,
 ) -> Recipe:
     """Decide what a new profile describes.
 
@@ -37,22 +39,25 @@ def recipe_for(
         views: how many; None takes what the kind has (an OAK's pair), or as many as are plugged in.
         stage: kind of stage; None takes it from the name of the adapter, else the likeliest.
         has_stage: whether there is one at all.
+        layout: how all views lie in the picture of one device; None where each has its own.
 
     Raises:
         ConfigError: nothing is plugged in and nothing was said, or cameras of several kinds are.
     """
     by_kind = {found.kind: found.devices for found in findings}
     kind = camera or _camera_kind(by_kind)
-    cameras = tuple(device.name for device in _cameras(by_kind, kind))
+    plugged = _cameras(by_kind, kind)
+    cameras = tuple(device.name for device in plugged)
     stage_kind = (stage or _stage_kind(by_kind)) if has_stage else None
     return Recipe(
         name=name,
         camera=kind,
-        views=_views(camera_template(kind), cameras) if views is None else views,
+        views=views or (places_of(layout) if layout else _views(camera_template(kind), plugged)),
         stage=stage_kind,
         cameras=cameras,
         stages=() if stage_kind is None else tuple(d.name for d in _stages(by_kind, stage_kind)),
-        notes=tuple(_notes(findings)),
+        notes=(*_notes(findings), *(() if layout else _offers(plugged))),
+        layout=layout,
     )
 
 
@@ -84,15 +89,26 @@ def _camera_kind(by_kind: _ByKind) -> str:
     )
 
 
-def _views(template: CameraTemplate, cameras: Sequence[str]) -> int:
+def _views(template: CameraTemplate, cameras: Sequence[FoundDevice]) -> int:
     if template.views is not None:
         return template.views
     if len(cameras) < 2:
+        offers = "".join(f"; {offer}" for offer in _offers(cameras))
         raise ConfigError(
             f"a rig has two views or more, found {len(cameras)} {template.title}",
-            advice="plug the others in, or say how many there will be: --views 2",
+            advice=f"plug the others in, or say how many there will be: --views 2{offers}",
         )
     return min(len(cameras), len(PLACES))
+
+
+def _offers(cameras: Sequence[FoundDevice]) -> list[str]:
+    """Say which devices may give several views in one picture: a guess that nobody acts on."""
+    return [
+        f"{camera.name}: its pictures have the shape of {places_of(camera.layout)} views; if so, "
+        f"write a profile with --layout {camera.layout}"
+        for camera in cameras
+        if camera.layout is not None
+    ]
 
 
 def _stage_kind(by_kind: _ByKind) -> str:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from rig.errors import ConfigError
 from rig.profile.kinds import CameraTemplate, NewCamera, NewStage, StageTemplate
+from rig.profile.parts import layouts, places_of
 from rig.profile.plugins import CAMERAS, STAGES
 
 PLACES: dict[str, tuple[float, float]] = {
@@ -112,13 +113,16 @@ class Recipe:
     """Names of what may be the stage, as the search of the kind gives them."""
     notes: tuple[str, ...] = field(default=())
     """Lines for the head of the file."""
+    layout: str | None = None
+    """How all views lie in the picture of one device; None where each has its own."""
 
 
 def profile_text(recipe: Recipe) -> str:
     """Return a profile as TOML with comments; it loads as it is.
 
     Raises:
-        ConfigError: a number of views that no arrangement is known for, or a kind without template.
+        ConfigError: a number of views that no arrangement is known for, a kind without template, or
+            a layout with too few places.
     """
     if not 2 <= recipe.views <= len(PLACES):
         raise ConfigError(
@@ -145,7 +149,9 @@ def profile_text(recipe: Recipe) -> str:
             places_note=words.places,
         ),
         *(_view(name, places[name]) for name in names),
-        camera.section(NewCamera(names, recipe.cameras, width_px, height_px)),
+        camera.section(
+            NewCamera(names, recipe.cameras, width_px, height_px, _layout(camera, recipe))
+        ),
     ]
     if recipe.stage is not None:
         stage = stage_template(recipe.stage)
@@ -188,6 +194,23 @@ def new_cameras() -> tuple[str, ...]:
 def new_stages() -> tuple[str, ...]:
     """Return the kinds of stages that a new profile can have; the first is the likeliest."""
     return tuple(kind.name for kind in STAGES.kinds() if kind.template is not None)
+
+
+def _layout(camera: CameraTemplate, recipe: Recipe) -> str | None:
+    if recipe.layout is None:
+        return None
+    if not camera.takes_layout:
+        raise ConfigError(
+            f"asked for {camera.title} with the layout {recipe.layout}, they have no layout",
+            advice="leave --layout out",
+        )
+    if recipe.views > places_of(recipe.layout):
+        raise ConfigError(
+            f"asked for {recipe.views} views in a picture of the layout {recipe.layout}, which has "
+            f"{places_of(recipe.layout)}",
+            advice=f"ask for fewer, or choose one of {', '.join(layouts())}",
+        )
+    return recipe.layout
 
 
 def _without_template(noun: str, kind: str, known: tuple[str, ...]) -> ConfigError:

@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from rig.profile.cameras import CameraConfig
 from rig.profile.model import Positive
+from rig.profile.parts import IN_TURN, PartConfig, Region, by_source, regions_in, require_parts
 
 ControlValue = bool | int | str
 """A switch, a number, or the name of a menu entry."""
@@ -17,14 +18,14 @@ V4l2PixelFormat = Literal[
     "GREY", "Y10", "Y12", "Y16", "Y10P", "Y12P", "YUYV", "UYVY", "NV12", "MJPG",
     "RGB3", "BGR3",
     "BA81", "GBRG", "GRBG", "RGGB", "BG10", "GB10", "BA10", "RG10", "BG12", "GB12", "BA12", "RG12",
-    "pBAA", "pGAA", "pgAA", "pRAA", "pBCC", "pGCC", "pgCC", "pRCC",
+    "pBAA", "pGAA", "pgAA", "pRAA", "pBCC", "pGCC", "pgCC", "pRCC", "Y8I", "Y12I",
 ]
 # fmt: on
 """The kernel's four letters."""
 
 
 class V4l2CameraConfig(CameraConfig):
-    """Several V4L2 cameras (USB, CSI), one per view, all in one mode.
+    """V4L2 cameras (USB, CSI) in one mode, one per view or with several views in one picture.
 
     What a device does not offer, refuses, or changes is an error: nothing is clipped. What it reads
     back is kept with every run. `v4l2-ctl --list-formats-ext --list-ctrls` shows what a device has.
@@ -34,7 +35,11 @@ class V4l2CameraConfig(CameraConfig):
     """Selects V4L2 cameras."""
     devices: dict[str, str]
     """By view name: the path of its device, best in `/dev/v4l/by-path/` (named by the USB socket)
-    or `/dev/v4l/by-id/` (named by the serial number): `/dev/video0` changes between starts."""
+    or `/dev/v4l/by-id/` (named by the serial number): `/dev/video0` changes between starts. Views
+    of one picture name the same device, and their `parts`."""
+    parts: dict[str, PartConfig] = Field(default={})
+    """By view name: which part of the device's picture it is, as `"side-by-side:1"`; a view
+    without a part is the whole picture."""
     width_px: int = Field(ge=16)
     """Image width, as the devices offer it."""
     height_px: int = Field(ge=16)
@@ -45,7 +50,8 @@ class V4l2CameraConfig(CameraConfig):
     """How the pixels come. Grey formats are best; of YUYV, UYVY and NV12 the luma is taken; MJPG
     loses detail and is last. 10 and 12 bits keep the sensor's counts (0..1023, 0..4095), packed (P)
     or not. Bayer mosaics (RGGB, RG10, pRAA ...) become grey as (red + 2 green + blue) / 4, RGB3 and
-    BGR3 as 0.299 red + 0.587 green + 0.114 blue."""
+    BGR3 as 0.299 red + 0.587 green + 0.114 blue. Y8I and Y12I hold the pixels of two views in turn:
+    their `parts` are `interleaved`."""
     colour: bool = True
     """Whether to keep the colour picture beside the grey one that is measured, where the pixel
     format has colour; `false` spares the time of decoding it."""
@@ -74,20 +80,77 @@ class V4l2CameraConfig(CameraConfig):
     @property
     def size_px(self) -> tuple[int, int]:
         """See `CameraConfig.size_px`."""
-        return self.width_px, self.height_px
+        regions = self.regions.values()
+        return next((r.size_px for r in regions), (self.width_px, self.height_px))
 
     @property
     def asked_rate_hz(self) -> float:
         """See `CameraConfig.asked_rate_hz`."""
         return self.rate_hz
 
+    @property
+    def is_one_picture(self) -> bool:
+        """See `CameraConfig.is_one_picture`."""
+        return len(self.devices) > 1 and len(self.by_device) == 1
+
+    @property
+    def by_device(self) -> dict[str, tuple[str, ...]]:
+        """By path of a device: its views."""
+        return by_source(self.devices)
+
+    @property
+    def picture_px(self) -> tuple[int, int]:
+        """Width and height of what a device gives at a time, all its views together."""
+        return (2 if self.pixel_format in IN_TURN else 1) * self.width_px, self.height_px
+
+    @property
+    def regions(self) -> dict[str, Region]:
+        """By view: its pixels in its device's picture, where it is not the whole one."""
+        found: dict[str, Region] = {}
+        for views in self.by_device.values():
+            parts = {view: self.parts[view] for view in views if view in self.parts}
+            found |= regions_in(parts, self.picture_px)
+        return found
+
+    def controls_of(self, view: str) -> dict[str, ControlValue]:
+        """Return the controls that the device of a view has for itself."""
+        own: dict[str, ControlValue] = {}
+        for other in self.by_device[self.devices[view]]:
+            own |= self.view_controls.get(other, {})
+        return own
+
     @model_validator(mode="after")
     def _controls_belong_to_views(self) -> Self:
         unknown = sorted(set(self.view_controls) - set(self.devices))
         if unknown:
             raise ValueError(f"view_controls names no view: {', '.join(unknown)}")
-        paths = list(self.devices.values())
-        twice = sorted({path for path in paths if paths.count(path) > 1})
-        if twice:
-            raise ValueError(f"devices names one device for two views: {', '.join(twice)}")
+        return self
+
+    @model_validator(mode="after")
+    def _parts_are_views(self) -> Self:
+        require_parts(self.devices, self.parts, "devices")
+        if self.pixel_format in IN_TURN:
+            odd = [v for v in self.devices if v not in self.parts or not self.parts[v].is_in_turn]
+            if odd:
+                raise ValueError(
+                    f"{self.pixel_format} holds the pixels of two views in turn; give parts of the "
+                    f'layout interleaved for {", ".join(odd)}, as "interleaved:1"'
+                )
+        sizes = dict.fromkeys(self.devices, self.picture_px)
+        sizes |= {view: region.size_px for view, region in self.regions.items()}
+        if len(set(sizes.values())) > 1:
+            listed = ", ".join(f"{view} {w} x {h} px" for view, (w, h) in sizes.items())
+            raise ValueError(f"views must have one size, found {listed}; correct parts")
+        return self
+
+    @model_validator(mode="after")
+    def _devices_are_told_one_thing(self) -> Self:
+        for device, views in self.by_device.items():
+            told: dict[str, ControlValue] = {}
+            for name, value in (c for v in views for c in self.view_controls.get(v, {}).items()):
+                if told.setdefault(name, value) != value:
+                    raise ValueError(
+                        f"view_controls.{name} is {told[name]} and {value} for views of one "
+                        f"device, {device}; give it once"
+                    )
         return self

@@ -5,7 +5,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pkgutil import resolve_name
 
-from rig.devices import Clock, SystemClock
+from rig.devices import Clock, Stage, SystemClock
 from rig.errors import ConfigError
 from rig.profile import (
     FirmwareConfig,
@@ -18,6 +18,7 @@ from rig_sim.carriage import Carriage
 from rig_sim.clock import VirtualClock
 from rig_sim.firmware import protocols
 from rig_sim.oak import SimOakRack
+from rig_sim.rehearsal import RehearsedStage
 from rig_sim.wire import Firmware, plug
 from rig_sim.wire.serve import serve_on_pty
 from rig_sim.wire.serve_tcp import serve_on_tcp
@@ -59,6 +60,12 @@ class SimulatedBench:
     """What devices are opened in on a simulated bench: `Surroundings.simulated`."""
 
     world: World
+
+    def rehearsed(self, stage: Stage) -> Stage:
+        """Return a stage that is no simulation, and let the simulated board follow it."""
+        following = RehearsedStage(stage, self.world.config.carriage)
+        self.world.carried_by(following)
+        return following
 
     def oak_rack(
         self, config: OakCameraConfig, *, device: str, views: tuple[str, ...]

@@ -100,6 +100,10 @@ class World:
         self._print = charuco_print(target) if isinstance(target, CharucoConfig) else ()
         self._hand = self._new_hand() if in_hand else None
 
+    def carried_by(self, carriage: Carriage) -> None:
+        """Let another carriage than before move the board."""
+        self._carriage = carriage
+
     def moment(self, t_s: float) -> Moment:
         """Return everything that a picture taken at `t_s` depends on."""
         focal_px = self._focal_px(t_s)

@@ -1,7 +1,4 @@
-"""`rig sweep` at a terminal with a person for a stage.
-
-The simulated board does not follow a hand: it stands still, so that the sweep ends without a curve.
-"""
+"""`rig sweep` at a terminal with a person for a stage; the simulated board follows the hand."""
 
 import os
 import pty
@@ -15,7 +12,7 @@ import pytest
 
 from tests.support.small_sim import SMALL_SIM, as_options
 
-DISTANCES_MM = ("400.0", "700.0", "1000.0")
+DISTANCES_MM = ("400.0", "470.0", "560.0", "700.0", "850.0", "1000.0")
 LONGEST_S = 300.0
 HAND = '[stage]\nkind = "manual"\ntravel_mm = [400.0, 1200.0]\n'
 
@@ -61,6 +58,6 @@ def test_the_verb_says_where_and_waits_for_enter(tmp_path: Path) -> None:
     )
     asked = re.findall(r"Put the board at ([\d.]+) mm and press Enter", said)
     assert asked == list(DISTANCES_MM)
-    assert "[3/3] 1000.0 mm forward, sample 1" in said
-    assert "sweep 1 is stored, but has no curve" in said
-    assert code == 1
+    assert "[6/6] 1000.0 mm forward, sample 1" in said
+    assert code == 0, said
+    assert re.search(r"focus distance (699\.9|700\.0)", said), said

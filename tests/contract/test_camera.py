@@ -11,16 +11,18 @@ import pytest
 from rig_drivers.array.camera_array import CameraArray
 from rig_drivers.stored.folder import FolderCamera
 from rig_drivers.stored.recording import ReplayCamera
+from rig_drivers.v4l2.device_views import cameras_of
 from rig_sim.faults import FaultyCamera, LateViews, LostViews, StuckCamera, UnpluggedCamera
 
 from rig.devices import SystemClock
 from rig.errors import CaptureTimeoutError, DeviceLostError, ViewSkewError
-from rig.profile import FolderCameraConfig, RecordingCameraConfig, ViewConfig
+from rig.profile import FolderCameraConfig, RecordingCameraConfig, V4l2CameraConfig, ViewConfig
 from rig.recording import RecordingWriter
 from rig.testing import CameraCase
 from rig.testing.test_camera import *  # noqa: F403 - the suite itself
 from tests.support.cameras import SMALL, SmallRig
-from tests.support.video_arrays import VIDEO_PERIOD_S, video_array
+from tests.support.video_arrays import VIDEO_PERIOD_S, locked, video_array
+from tests.support.video_kernel import FakeVideoKernel
 
 VIEWS = ("centre", "left", "right", "top", "bottom")
 
@@ -78,6 +80,43 @@ def make_v4l2_array(_: Path) -> CameraCase:
     return CameraCase(camera, clock, None)
 
 
+def make_split_picture(_: Path) -> CameraCase:
+    """Two views in the picture of one device, and one of another device beside them."""
+    clock = SystemClock()
+    kernel = FakeVideoKernel({"/dev/array": locked(0), "/dev/alone": locked(1)}, clock)
+    devices = dict.fromkeys(VIEWS[:2], "/dev/array") | dict.fromkeys(VIEWS[2:3], "/dev/alone")
+    parts = {VIEWS[0]: "side-by-side:1", VIEWS[1]: "side-by-side:2", VIEWS[2]: {"width_px": 16}}
+    config = V4l2CameraConfig.model_validate(
+        {
+            **{"kind": "v4l2", "width_px": 32, "height_px": 24, "rate_hz": 25},
+            **{"pixel_format": "GREY", "devices": devices, "parts": parts},
+        }
+    )
+    array = CameraArray(
+        cameras_of(config, kernel, clock),
+        views=VIEWS[:3],
+        period_s=VIDEO_PERIOD_S,
+        max_skew_s=0.005,
+        timeout_s=2.0,
+    )
+    return CameraCase(array, clock, None)
+
+
+def make_folder_of_pairs(folder: Path) -> CameraCase:
+    for number in range(4):
+        cv2.imwrite(str(folder / f"{number}.png"), np.full((20, 64), number, np.uint8))
+    parts = {"left": "side-by-side:1", "right": "side-by-side:2"}
+    config = FolderCameraConfig.model_validate(
+        {
+            **{"kind": "folder", "folder": str(folder), "parts": parts},
+            "files": dict.fromkeys(parts, "*.png"),
+        }
+    )
+    views = [ViewConfig(name=view, x_steps=i, y_steps=0.0) for i, view in enumerate(parts)]
+    clock = SystemClock()
+    return CameraCase(FolderCamera(config, views, root=folder, clock=clock), clock, 4)
+
+
 def make_array_of_arrays(_: Path) -> CameraCase:
     inner, _devices, clock = video_array(VIEWS[:2])
     other, *_rest = video_array(VIEWS[2:])
@@ -96,6 +135,8 @@ def make_array_of_arrays(_: Path) -> CameraCase:
         make_oak,
         make_v4l2_array,
         make_array_of_arrays,
+        make_split_picture,
+        make_folder_of_pairs,
     ]
 )
 def camera_case(request: pytest.FixtureRequest, tmp_path: Path) -> CameraCase:

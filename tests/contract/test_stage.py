@@ -10,6 +10,7 @@ from contextlib import AbstractContextManager, contextmanager
 
 import pytest
 from rig_drivers.grbl.controller import grbl_stage
+from rig_sim.rehearsal import RehearsedStage
 
 from rig.devices import SystemClock
 from rig.profile import GrblStageConfig, MarlinFirmwareConfig, ZaberFirmwareConfig
@@ -17,7 +18,7 @@ from rig.testing import StageCase
 from rig.testing.test_stage import *  # noqa: F403 - the suite itself
 from tests.support.people import manual_bench
 from tests.support.programs import command_bench
-from tests.support.stages import FIRMWARE, MARLIN, STAGE, ZABER, ZERO_MM, simulated_bench
+from tests.support.stages import CARRIAGE, FIRMWARE, MARLIN, STAGE, ZABER, ZERO_MM, simulated_bench
 
 
 @contextmanager
@@ -73,6 +74,13 @@ def marlin_without_emergency_parser() -> Generator[StageCase]:
 
 
 @contextmanager
+def a_rehearsed_one() -> Generator[StageCase]:
+    with simulated_bench() as bench:
+        stage = RehearsedStage(bench.stage, CARRIAGE)
+        yield StageCase(stage, bench.clock, STAGE.tolerance_mm)
+
+
+@contextmanager
 def a_person() -> Generator[StageCase]:
     # The way to the far end takes longer than the patience, but not than the suite's own timeout.
     with manual_bench(patience_s=5.0) as (stage, person, clock):
@@ -115,6 +123,7 @@ Maker = Callable[[], AbstractContextManager[StageCase]]
         zaber_in_a_chain,
         marlin_over_simulated_wire,
         marlin_without_emergency_parser,
+        a_rehearsed_one,
         a_person,
         a_program,
         real_grbl,

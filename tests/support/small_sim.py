@@ -13,6 +13,13 @@ SMALL_SIM = (
 )
 """Overrides of profile `sim`."""
 
+SMALL_PAIR = (
+    *SMALL_SIM,
+    "views=[{name='centre',x_steps=0,y_steps=0},{name='right',x_steps=0.93,y_steps=0}]",
+    "world.view_errors={}",
+)
+"""The same with two of its views only: the least that is a rig."""
+
 
 def as_options(overrides: tuple[str, ...] = SMALL_SIM) -> list[str]:
     """Return overrides as `--set` options of the command line."""

@@ -102,7 +102,9 @@ class _Session:
     @property
     def stride(self) -> int:
         name, width, _ = self.mode
-        return width * {"GREY": 1, "NV12": 1, "MJPG": 0}.get(name, 2) + self.device.padding
+        return (
+            width * {"GREY": 1, "NV12": 1, "MJPG": 0, "Y12I": 3}.get(name, 2) + self.device.padding
+        )
 
     @property
     def size(self) -> int:

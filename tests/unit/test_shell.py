@@ -260,4 +260,4 @@ def test_ctrl_c_is_one_line_and_exit_code_130(rig: Command, monkeypatch: pytest.
 def test_a_mistyped_verb_is_told_the_nearest(rig: Command):
     answer = rig("swep")
     assert answer.code == 2
-    assert "Did you mean 'sweep'?" in answer.err
+    assert "Did you mean 'sweep'" in answer.err

@@ -13,12 +13,15 @@ from numpy.typing import NDArray
 from rig.devices import Clock
 from rig.errors import ConfigError, DeviceLostError, DeviceNotFoundError
 from rig.frames import ColourImage, Frame, GreyImage, MultiView
-from rig.profile import FolderCameraConfig, ViewConfig
+from rig.profile import FolderCameraConfig, Region, ViewConfig, regions_in
+from rig_drivers.split import cut
 from rig_drivers.stored.camera import StoredCamera
 from rig_drivers.stored.video import SUFFIXES, StoredVideo
 
 _NAME = "camera folder"
 _DEPTHS = ("uint8", "uint16")
+_Picture = tuple[GreyImage, ColourImage | None]
+"""Grey values, and the colour that they were made of."""
 
 
 class FolderCamera(StoredCamera):
@@ -26,7 +29,8 @@ class FolderCamera(StoredCamera):
 
     Numbers inside names sort as numbers: `img_2` comes before `img_10`. Patterns may reach into
     folders, so that the frames of a sweep are a camera too: `stop_*/sample_*/left.png`. One video
-    per view is a camera as well; its pictures are taken in order.
+    per view is a camera as well; its pictures are taken in order. A picture that holds several
+    views is read once and taken apart.
 
     The timestamp of a multi-view is the time of reading.
 
@@ -46,6 +50,7 @@ class FolderCamera(StoredCamera):
         self._multiviews: list[tuple[_Stored, ...]] = []
         self._videos: dict[Path, StoredVideo] = {}
         self._like: dict[str, GreyImage] = {}
+        self._regions: dict[tuple[str, int, int], dict[str, Region]] = {}
 
     @property
     def identity(self) -> Mapping[str, str]:
@@ -65,10 +70,7 @@ class FolderCamera(StoredCamera):
     def _read(self, number: int) -> MultiView | None:
         if number >= len(self._multiviews):
             return None
-        pictures = [
-            self._picture(view, picture)
-            for view, picture in zip(self._views, self._multiviews[number], strict=True)
-        ]
+        pictures = self._images(self._multiviews[number])
         read_s = self._clock.now_s()
         return MultiView(
             tuple(
@@ -118,17 +120,46 @@ class FolderCamera(StoredCamera):
             self._videos[path] = StoredVideo(path)
         return [_Stored(path, number) for number in range(len(self._videos[path]))]
 
-    def _picture(self, view: str, stored: "_Stored") -> tuple[GreyImage, ColourImage | None]:
-        path = stored.path
+    def _images(self, stored: "Sequence[_Stored]") -> list[_Picture]:
+        whole = {one: self._picture(one) for one in dict.fromkeys(stored)}
+        named = zip(self._views, stored, strict=True)
+        pictures = [self._part(view, one, whole[one]) for view, one in named]
+        for view, one, (image, _) in zip(self._views, stored, pictures, strict=True):
+            self._check(view, one, image)
+        return pictures
+
+    def _part(self, view: str, stored: "_Stored", whole: _Picture) -> _Picture:
+        if view not in self._config.parts:
+            return whole
+        source = self._config.files[view]
+        image, colour = whole
+        seen = (source, image.shape[0], image.shape[1])
+        if seen not in self._regions:
+            self._regions[seen] = self._regions_in(source, stored.path, image)
+        region = self._regions[seen][view]
+        return cut(image, region), None if colour is None else cut(colour, region)
+
+    def _regions_in(self, source: str, path: Path, whole: GreyImage) -> dict[str, Region]:
+        files, parts = self._config.files, self._config.parts
+        own = {view: parts[view] for view in self._views if view in parts and files[view] == source}
+        height_px, width_px = whole.shape
+        try:
+            return regions_in(own, (width_px, height_px))
+        except ValueError as error:
+            raise ConfigError(f"camera.{error}", advice=f"look at {path}") from error
+
+    def _picture(self, stored: "_Stored") -> _Picture:
         if stored.number is None:
-            image, colour = _read(path)
-        else:
-            image, colour = self._videos[path].picture(stored.number)
+            return _read(stored.path)
+        return self._videos[stored.path].picture(stored.number)
+
+    def _check(self, view: str, stored: "_Stored", image: GreyImage) -> None:
         first = self._like.setdefault(view, image)
         if image.shape != first.shape or image.dtype != first.dtype:
             raise DeviceLostError(
                 _NAME,
-                f"{path} is {_size(image)}, the first image of view {view} is {_size(first)}",
+                f"{stored.path} is {_size(image)}, the first image of view {view} is "
+                f"{_size(first)}",
                 advice="all images of a view must be alike",
             )
         depths = {one.dtype for one in self._like.values()}
@@ -139,7 +170,6 @@ class FolderCamera(StoredCamera):
                 f"views of {self._place} differ in depth: {found}",
                 advice="views may differ in size, but not in bits: convert one of them",
             )
-        return image, colour
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +181,7 @@ class _Stored:
     """Which picture of a video; None for an image."""
 
 
-def _read(path: Path) -> tuple[GreyImage, ColourImage | None]:
+def _read(path: Path) -> _Picture:
     """Read PNG, JPEG, TIFF, PGM and the like as grey, 8 or 16 bit as stored, and its colour."""
     try:
         data = np.frombuffer(path.read_bytes(), np.uint8)

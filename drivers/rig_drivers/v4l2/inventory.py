@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rig.errors import DeviceError, DeviceNotFoundError
 from rig_drivers.v4l2.controls import Controls
-from rig_drivers.v4l2.formats import pixel_formats
+from rig_drivers.v4l2.formats import size_offers
 from rig_drivers.v4l2.kernel import Kernel
 from rig_drivers.v4l2.node import Node
 
@@ -23,6 +23,8 @@ class VideoNode:
     bus: str = ""
     """Where it is plugged in."""
     pixel_formats: tuple[str, ...] = ()
+    largest_px: tuple[int, int] | None = None
+    """Width and height of its largest picture, where it lists any."""
     controls: tuple[str, ...] = ()
     trouble: str | None = None
     """Why it could not be asked, and what to do; None if all is well."""
@@ -57,12 +59,15 @@ def _described(path: Path, links: list[Path], kernel: Kernel) -> VideoNode | Non
     stable = tuple(link for link in links if link.resolve() == path.resolve())
     try:
         with Node(path, kernel) as node:
+            offers = size_offers(node)
+            told = [(o.width_px.most, o.height_px.most) for o in offers if o.is_told]
             return VideoNode(
                 path,
                 stable,
                 card=node.capability.card.decode(errors="replace"),
                 bus=node.capability.bus_info.decode(errors="replace"),
-                pixel_formats=tuple(pixel_formats(node)),
+                pixel_formats=tuple(dict.fromkeys(offer.pixel_format for offer in offers)),
+                largest_px=max(told, key=lambda size: size[0] * size[1], default=None),
                 controls=tuple(control.name for control in Controls(node)),
             )
     except DeviceNotFoundError as error:

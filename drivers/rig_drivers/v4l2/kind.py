@@ -2,19 +2,24 @@
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rig.devices import Camera, SystemClock
 from rig.discovery import FoundDevice, Search
 from rig.profile import V4l2CameraConfig
 from rig.profile.kinds import CameraKind, CameraTemplate, NewCamera, Surroundings
+from rig.profile.parts import likely_layout, picture_of, places_of
+
+if TYPE_CHECKING:
+    from rig_drivers.v4l2.inventory import VideoNode
 
 _SECTION = """\
 [camera]
 kind = "v4l2"
-width_px = {width_px}
+width_px = {width_px}{whole}
 height_px = {height_px}
 rate_hz = 30
-pixel_format = "GREY"  # or Y10, Y10P, YUYV, RGGB ...; MJPG is the last resort
+pixel_format = "{pixel_format}"  # or Y10, Y10P, YUYV, RGGB ...; MJPG is the last resort
 exposure_s = 0.008     # locked; the white squares should reach 70 % of full scale
 # gain = 16            # lock it too: the number that v4l2-ctl shows
 # focus = 0            # only for lenses with autofocus: lock it
@@ -24,18 +29,19 @@ max_skew_s = 0.005     # a board that stands still allows more
 [camera.devices]
 {devices}
 """
+_PARTS = """\
+# Which part of the device's picture each view is. MEASURE: cover one lens after the other.
+[camera.parts]"""
 
 
 def _open(config: V4l2CameraConfig, around: Surroundings) -> Camera:
     from rig_drivers.array.camera_array import CameraArray
-    from rig_drivers.v4l2.camera import V4l2Camera
+    from rig_drivers.v4l2.device_views import cameras_of
     from rig_drivers.v4l2.kernel import LinuxKernel
 
-    views = [view.name for view in around.views]
-    kernel = LinuxKernel()
     return CameraArray(
-        [V4l2Camera(config, view, kernel=kernel, clock=SystemClock()) for view in views],
-        views=views,
+        cameras_of(config, LinuxKernel(), SystemClock()),
+        views=[view.name for view in around.views],
         period_s=1.0 / config.rate_hz,
         max_skew_s=config.max_skew_s,
         timeout_s=config.timeout_s,
@@ -48,24 +54,46 @@ def _find(_timeout_s: float) -> list[FoundDevice]:
     from rig_drivers.v4l2.inventory import video_nodes
     from rig_drivers.v4l2.kernel import LinuxKernel
 
-    return [
-        FoundDevice(
-            str(node.best_path),
-            f"{node.card or 'camera'}; {', '.join(node.pixel_formats) or 'formats unknown'}",
-            tuple(str(path) for path in (*node.stable_paths[1:], node.path)),
-            node.trouble,
-        )
-        for node in video_nodes(LinuxKernel())
-    ]
+    return [_found(node) for node in video_nodes(LinuxKernel())]
+
+
+def _found(node: "VideoNode") -> FoundDevice:
+    layout = likely_layout(node.largest_px, node.pixel_formats)
+    formats = ", ".join(node.pixel_formats) or "formats unknown"
+    size = "" if node.largest_px is None else "; up to {} x {} px".format(*node.largest_px)
+    guess = "" if layout is None else f", perhaps {places_of(layout)} views, {layout}"
+    return FoundDevice(
+        str(node.best_path),
+        f"{node.card or 'camera'}; {formats}{size}{guess}",
+        tuple(str(path) for path in (*node.stable_paths[1:], node.path)),
+        node.trouble,
+        layout,
+    )
 
 
 def _section(new: NewCamera) -> str:
-    lines = [
-        f"{view} = {json.dumps(_path_of(view, place, new.devices))}"
-        for place, view in enumerate(new.views)
-    ]
-    lines += [f"# also plugged in: {path}" for path in new.devices[len(new.views) :]]
-    return _SECTION.format(width_px=new.width_px, height_px=new.height_px, devices="\n".join(lines))
+    layout = new.layout
+    width_px, height_px = new.width_px, new.height_px
+    if layout is None:
+        lines = [
+            f"{view} = {json.dumps(_path_of(view, place, new.devices))}"
+            for place, view in enumerate(new.views)
+        ]
+        lines += [f"# also plugged in: {path}" for path in new.devices[len(new.views) :]]
+    else:
+        lines = [f"{view} = {json.dumps(_path_of('all', 0, new.devices))}" for view in new.views]
+        lines += [f"# also plugged in: {path}" for path in new.devices[1:]]
+        lines += ["", _PARTS]
+        lines += [f'{view} = "{layout}:{place}"' for place, view in enumerate(new.views, start=1)]
+        if layout != "interleaved":  # whose formats count the pixels of one view
+            width_px, height_px = picture_of(layout, (width_px, height_px))
+    return _SECTION.format(
+        width_px=width_px,
+        height_px=height_px,
+        pixel_format="Y8I" if layout == "interleaved" else "GREY",
+        whole="" if layout is None else "  # of the whole picture. MEASURE: what the device offers",
+        devices="\n".join(lines),
+    )
 
 
 def _path_of(view: str, place: int, plugged: tuple[str, ...]) -> str:
@@ -78,5 +106,5 @@ V4L2 = CameraKind(
     config=V4l2CameraConfig,
     open=_open,
     search=Search("v4l2", "camera.devices", _find, "V4L2 cameras"),
-    template=CameraTemplate("V4L2 cameras", _section),
+    template=CameraTemplate("V4L2 cameras", _section, takes_layout=True),
 )

@@ -80,6 +80,19 @@ def _grey12_packed(data: Bytes, width_px: int, height_px: int, stride: int) -> G
     return (high | low).astype(np.uint16).reshape(height_px, -1)[:, :width_px].copy()
 
 
+def _grey8_in_turn(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
+    """A pixel of the left view, the same pixel of the right one, and so on: twice as wide."""
+    return _grey8(data, 2 * width_px, height_px, stride)
+
+
+def _grey12_in_turn(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
+    """The same with both pixels in three bytes: the lower twelve bits are the left one's."""
+    packed = _rows(data, 3 * width_px, height_px, stride).reshape(height_px, width_px, 3)
+    low, middle, high = (packed[..., byte].astype(np.uint16) for byte in range(3))
+    pixels = np.stack([low | (middle & 15) << 8, middle >> 4 | high << 4], axis=-1)
+    return pixels.astype(np.uint16).reshape(height_px, 2 * width_px)
+
+
 def _of_bayer(decode: Decoder) -> Decoder:
     """Return what reads a mosaic of colours as grey: (red + 2 green + blue) / 4, rounded.
 
@@ -128,6 +141,8 @@ DECODERS: Final[dict[str, tuple[Decoder, int]]] = {
     "RGB3": (_luma_of_rgb, 8),
     "BGR3": (_luma_of_bgr, 8),
     "MJPG": (_jpeg, 8),
+    "Y8I": (_grey8_in_turn, 8),
+    "Y12I": (_grey12_in_turn, 12),
     **dict.fromkeys(("BA81", "GBRG", "GRBG", "RGGB"), (_of_bayer(_grey8), 8)),
     **dict.fromkeys(("BG10", "GB10", "BA10", "RG10"), (_of_bayer(_grey16), 10)),
     **dict.fromkeys(("BG12", "GB12", "BA12", "RG12"), (_of_bayer(_grey16), 12)),

@@ -29,7 +29,7 @@ def settings_for(
     return {
         **named,
         **config.controls,
-        **config.view_controls.get(view, {}),
+        **config.controls_of(view),
         **config.trigger,
     }
 

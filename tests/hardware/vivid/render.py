@@ -18,6 +18,7 @@ def render_all(folder: Path) -> None:
     """Write everything that the guest's cameras are to see."""
     np.save(folder / "board.npy", board_pictures())
     np.save(folder / "sweep.npy", sweep_pictures())
+    np.save(folder / "pair.npy", pair_of_pictures())
 
 
 def board_pictures() -> GreyImage:
@@ -29,6 +30,13 @@ def board_pictures() -> GreyImage:
             rig.slide.at_mm = at_mm
             pictures.append(camera.grab(1.0).frames[0].image)
     return cast("GreyImage", np.stack(pictures))
+
+
+def pair_of_pictures() -> GreyImage:
+    """Return what two views see of the board, (2, H, W), half as wide as a camera gives them."""
+    rig = SmallRig(("camera.width_px=320", "camera.height_px=480", "world.optics.focal_px=305.0"))
+    with rig.camera() as camera:
+        return camera.grab(1.0).stack()[:2]
 
 
 def sweep_pictures() -> GreyImage:

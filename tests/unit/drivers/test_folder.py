@@ -116,7 +116,7 @@ def refused(folder: Path, left: str, right: str) -> str:
 def test_what_is_missing_is_named(tmp_path: Path):
     save(tmp_path / "a.png", image(1))
     assert "view right: 'b.png' matches nothing" in refused(tmp_path, "a.png", "b.png")
-    assert "is no folder" in refused(tmp_path / "nowhere", "a.png", "a.png")
+    assert "is no folder" in refused(tmp_path / "nowhere", "a.png", "b.png")
 
 
 def test_views_of_different_count_are_refused(tmp_path: Path):
@@ -165,7 +165,7 @@ def test_a_damaged_file_is_named(tmp_path: Path, content: bytes):
 
 def test_floating_point_images_are_refused(tmp_path: Path):
     save(tmp_path / "a.tiff", image(1, dtype=np.float32))
-    assert "holds float32; 8 or 16 bit" in refused(tmp_path, "a.tiff", "a.tiff")
+    assert "holds float32; 8 or 16 bit" in refused(tmp_path, "a.tiff", "a.t*")
 
 
 @pytest.mark.parametrize("pattern", ["/etc/*", ""])
@@ -177,3 +177,62 @@ def test_a_pattern_outside_the_folder_is_a_mistake_in_the_profile(tmp_path: Path
 def test_missing_files_are_found_at_opening(tmp_path: Path):
     with pytest.raises(DeviceNotFoundError), camera(tmp_path, "a.png", "b.png"):
         pass
+
+
+def parted(folder: Path, parts: dict[str, object], file: str = "pair_*.png") -> FolderCamera:
+    config = FolderCameraConfig.model_validate(
+        {
+            "kind": "folder",
+            "folder": str(folder),
+            "files": {"left": file, "right": file},
+            "parts": parts,
+        }
+    )
+    return FolderCamera(config, VIEWS, root=folder, clock=SystemClock())
+
+
+HALVES: dict[str, object] = {"left": "side-by-side:1", "right": "side-by-side:2"}
+
+
+def test_pictures_that_hold_both_views_are_taken_apart(tmp_path: Path):
+    for number in range(2):
+        both = np.hstack([image(number, shape=(16, 16)), image(100 + number, shape=(16, 16))])
+        save(tmp_path / f"pair_{number}.png", both)
+    with parted(tmp_path, HALVES) as opened:
+        seen = list(opened.stream())
+    assert [[int(f.image[0, 0]) for f in m.frames] for m in seen] == [[0, 100], [1, 101]]
+    assert {f.image.shape for m in seen for f in m.frames} == {(16, 16)}
+    assert [m.skew_s for m in seen] == [0.0, 0.0]
+
+
+def test_a_video_of_both_views_is_read_once_per_picture(tmp_path: Path):
+    writer = cv2.VideoWriter(
+        str(tmp_path / "pair.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, (64, 32)
+    )
+    for level in (10, 60):
+        both = np.hstack([image(level, shape=(32, 32, 3)), image(200 - level, shape=(32, 32, 3))])
+        writer.write(both)
+    writer.release()
+    with parted(tmp_path, HALVES, "pair.avi") as opened:
+        seen = [[int(np.median(f.image)) for f in m.frames] for m in opened.stream()]
+    assert np.abs(np.array(seen) - [[10, 190], [60, 140]]).max() <= 3
+
+
+def test_parts_that_a_stored_picture_has_not_are_refused(tmp_path: Path):
+    save(tmp_path / "pair_0.png", image(1, shape=(16, 33)))
+    told = r"camera\.parts\.left: layout side-by-side needs .* found 33 x 16 px.*pair_0"
+    with parted(tmp_path, HALVES) as opened, pytest.raises(ConfigError, match=told):
+        opened.grab(1.0)
+
+
+def test_parts_of_different_size_are_refused(tmp_path: Path):
+    save(tmp_path / "pair_0.png", image(1, shape=(16, 33)))
+    unequal: dict[str, object] = {"left": {"width_px": 16}, "right": {"x_px": 16}}
+    told = "views differ in size: left 16 x 16 px, 8 bit, right 17 x 16 px"
+    with parted(tmp_path, unequal) as opened, pytest.raises(DeviceLostError, match=told):
+        opened.grab(1.0)
+
+
+def test_views_of_the_same_pictures_without_parts_are_refused(tmp_path: Path):
+    with pytest.raises(ValueError, match=r"files names pair_\*\.png for 2 views"):
+        parted(tmp_path, {})

@@ -1,0 +1,121 @@
+"""`rig setup`: a guided first run, by the verbs that everybody uses."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, cast
+
+import typer
+
+from rig.cli.options import AsJson, DatabaseUrl, Overrides
+from rig.cli.output import show, show_json, tell, tell_raw
+from rig.cli.setup_steps import Step, Wish, steps_of
+from rig.cli.way_out import INTERRUPTED
+from rig.cli.words import profile_names
+
+_LEAVE, _SKIP = ("q", "quit"), ("s", "skip")
+
+
+def setup(
+    profile_name: Annotated[
+        str,
+        typer.Argument(
+            metavar="PROFILE",
+            help="The rig: a profile that is there, or the name of one to be written.",
+            autocompletion=profile_names,
+        ),
+    ],
+    *,
+    overrides: Overrides = None,
+    database: DatabaseUrl = None,
+    as_json: AsJson = False,
+) -> None:
+    """Lead through a first run: devices, profile, printed target, check, calibrate, sweep.
+
+    Every step is one of the other verbs, shown before it runs: Enter runs it, s skips it, q leaves.
+    Files and database tell what is done, so the same command goes on later. Without a terminal, or
+    with --json, nothing runs: it says which step comes next.
+    """
+    wish = Wish(profile_name, tuple(overrides or ()), database)
+    if as_json or not sys.stdin.isatty():
+        _say(wish, as_json=as_json)
+        return
+    behind: set[str] = set()
+    while (step := _next(_shown(wish, behind), behind)) is not None:
+        answer = _asked(
+            f"\n{step.name}: {step.why}\n  {step.command}\n[Enter] run, s skip, q leave: "
+        )
+        if answer is None or answer in _LEAVE:
+            tell(f"next: rig setup {profile_name} goes on with {step.command}")
+            return
+        if answer in _SKIP or (not answer and _is_done(step)):
+            behind.add(step.name)
+    tell(f"next: rig capture {profile_name}")
+
+
+def _say(wish: Wish, *, as_json: bool) -> None:
+    steps = steps_of(wish, Path())
+    step = _next(steps, set())
+    command = f"rig capture {wish.profile_name}" if step is None else step.command
+    if as_json:
+        show_json(
+            {
+                "profile": wish.profile_name,
+                "steps": [
+                    {
+                        "step": s.name,
+                        "done": s.found is not None,
+                        "found": s.found,
+                        "run": s.command,
+                    }
+                    for s in steps
+                ],
+                "next": command,
+            }
+        )
+        return
+    _show(steps, set())
+    tell(f"next: {command}")
+
+
+def _shown(wish: Wish, behind: set[str]) -> tuple[Step, ...]:
+    steps = steps_of(wish, Path())
+    show()
+    _show(steps, behind)
+    return steps
+
+
+def _show(steps: Sequence[Step], behind: set[str]) -> None:
+    for step in steps:
+        is_behind = step.found is not None or step.name in behind
+        show(f"{'done' if is_behind else '    '}  {step.name:<10} {step.found or step.why}")
+
+
+def _next(steps: Sequence[Step], behind: set[str]) -> Step | None:
+    return next((s for s in steps if s.found is None and s.name not in behind), None)
+
+
+def _is_done(step: Step) -> bool:
+    """Run the verb, and whatever a person does then; says whether it ended well."""
+    from rig.cli.verbs import app
+    from rig.errors import RigError
+
+    try:
+        code = cast("int | None", app(list(step.words), prog_name="rig", standalone_mode=False))
+    except RigError as error:
+        tell(f"rig: {' '.join(str(error).split())}")
+        return False
+    if code == INTERRUPTED:
+        raise typer.Exit(INTERRUPTED)
+    if code:
+        return False
+    if step.afterwards is not None:
+        _asked(f"\n{step.afterwards}\n[Enter] when that is done: ")
+    return step.name != "profile"  # whether it holds no guesses any more its file tells
+
+
+def _asked(question: str) -> str | None:
+    """Ask a person; None where nobody can answer any more."""
+    tell_raw(question)
+    line = sys.stdin.readline()
+    return line.strip().lower() if line else None
