@@ -1,7 +1,7 @@
 """`rig setup`: a guided first run, by the verbs that everybody uses."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, cast
 
@@ -40,7 +40,7 @@ def setup(
     if as_json or not sys.stdin.isatty():
         _say(wish, as_json=as_json)
         return
-    behind: set[str] = set()
+    behind: dict[str, str] = {}
     while (step := _next(_shown(wish, behind), behind)) is not None:
         answer = _asked(
             f"\n{step.name}: {step.why}\n  {step.command}\n[Enter] run, s skip, q leave: "
@@ -48,14 +48,16 @@ def setup(
         if answer is None or answer in _LEAVE:
             tell(f"next: rig setup {profile_name} goes on with {step.command}")
             return
-        if answer in _SKIP or (not answer and _is_done(step)):
-            behind.add(step.name)
+        if answer in _SKIP:
+            behind[step.name] = "skip"
+        elif not answer and _is_done(step):
+            behind[step.name] = "done"
     tell(f"next: rig capture {profile_name}")
 
 
 def _say(wish: Wish, *, as_json: bool) -> None:
     steps = steps_of(wish, Path())
-    step = _next(steps, set())
+    step = _next(steps, {})
     command = f"rig capture {wish.profile_name}" if step is None else step.command
     if as_json:
         show_json(
@@ -74,24 +76,24 @@ def _say(wish: Wish, *, as_json: bool) -> None:
             }
         )
         return
-    _show(steps, set())
+    _show(steps, {})
     tell(f"next: {command}")
 
 
-def _shown(wish: Wish, behind: set[str]) -> tuple[Step, ...]:
+def _shown(wish: Wish, behind: Mapping[str, str]) -> tuple[Step, ...]:
     steps = steps_of(wish, Path())
     show()
     _show(steps, behind)
     return steps
 
 
-def _show(steps: Sequence[Step], behind: set[str]) -> None:
+def _show(steps: Sequence[Step], behind: Mapping[str, str]) -> None:
     for step in steps:
-        is_behind = step.found is not None or step.name in behind
-        show(f"{'done' if is_behind else '    '}  {step.name:<10} {step.found or step.why}")
+        state = behind.get(step.name, "") if step.found is None else "done"
+        show(f"{state:<4}  {step.name:<10} {step.found or step.why}")
 
 
-def _next(steps: Sequence[Step], behind: set[str]) -> Step | None:
+def _next(steps: Sequence[Step], behind: Mapping[str, str]) -> Step | None:
     return next((s for s in steps if s.found is None and s.name not in behind), None)
 
 

@@ -1,5 +1,7 @@
 """The steps from a new camera to depth, each with its verb, and which of them are behind us."""
 
+import re
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,6 +12,8 @@ from rig.errors import ConfigError, StoreError
 if TYPE_CHECKING:
     from rig.database import Store
     from rig.profile import Profile
+
+_PASSWORD = re.compile(r"//[^/@\s]*@")
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +32,8 @@ class Step:
 
     @property
     def command(self) -> str:
-        """What a person types."""
-        return " ".join(("rig", *(f"'{w}'" if " " in w else w for w in self.words)))
+        """What a person types; a password in the database's address is left out."""
+        return _PASSWORD.sub("//...@", shlex.join(("rig", *self.words)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -54,6 +54,7 @@ def test_it_leads_to_a_curve_and_goes_on_where_it_was_left(rig: Command, tmp_pat
     assert code == 0, said
     assert "done  target     sim-target.pdf" in said
     assert ", 0 fail, " in said
+    assert "skip  calibrate" in said
     assert "done  sweep      curve 1" in said
     assert said.rstrip().endswith("next: rig capture sim")
     told = rig("setup", *options, "--json").json

@@ -94,6 +94,12 @@ def test_a_sweep_that_was_begun_goes_on(tmp_path: Path):
     assert sweep.command == f"rig sweep sim --resume {number} --db {database}"
 
 
+def test_a_command_can_be_typed_and_holds_no_password():
+    words = ("sweep", "sim", "--set", "views={a=1}", "--db", "postgresql://me:secret@host/rig")
+    told = Step("sweep", "why", words).command
+    assert told == "rig sweep sim --set 'views={a=1}' --db postgresql://...@host/rig"
+
+
 def test_without_a_terminal_it_says_what_comes_next(rig: Command, tmp_path: Path):
     database = f"sqlite:///{tmp_path}/rig.sqlite"
     answer = rig("setup", "sim", "--db", database, "--set", "sweep.count=5", "--json")

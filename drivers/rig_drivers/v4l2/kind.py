@@ -54,10 +54,11 @@ def _find(_timeout_s: float) -> list[FoundDevice]:
     from rig_drivers.v4l2.inventory import video_nodes
     from rig_drivers.v4l2.kernel import LinuxKernel
 
-    return [_found(node) for node in video_nodes(LinuxKernel())]
+    return [found_device(node) for node in video_nodes(LinuxKernel())]
 
 
-def _found(node: "VideoNode") -> FoundDevice:
+def found_device(node: "VideoNode") -> FoundDevice:
+    """Return what `rig devices` says of a node, and a profile calls it."""
     layout = likely_layout(node.largest_px, node.pixel_formats)
     formats = ", ".join(node.pixel_formats) or "formats unknown"
     size = "" if node.largest_px is None else "; up to {} x {} px".format(*node.largest_px)

@@ -10,7 +10,7 @@ from rig_drivers.stored.folder import FolderCamera
 from rig.calibrate.stored_pictures import stored_pictures
 from rig.devices import SystemClock
 from rig.errors import ConfigError, DeviceLostError
-from rig.profile import FolderCameraConfig, Profile
+from rig.profile import FolderCameraConfig, PartConfig, Profile
 from rig.profile.load import load_profile
 
 
@@ -76,3 +76,22 @@ def test_frames_that_cannot_be_used_are_refused(tmp_path: Path, given: list[str]
     given = [str(tmp_path) if one == "." else one for one in given]
     with pytest.raises(ConfigError, match=match):
         stored_pictures(a_pair(), given, tmp_path)
+
+
+def test_views_of_the_same_pictures_are_the_parts_that_the_profile_says(tmp_path: Path):
+    both = np.hstack([np.full((48, 64), level, np.uint8) for level in (10, 60)])
+    cv2.imwrite(str(tmp_path / "pair_1.png"), both)
+    given = ["left=pair_*.png", "right=pair_*.png"]
+    parts = {
+        "left": PartConfig(layout="side-by-side", place=2),
+        "right": PartConfig(layout="side-by-side", place=1),
+    }
+    bench = a_pair()
+    own = bench.camera.model_copy(update={"parts": parts})
+    with camera_of(
+        stored_pictures(bench.model_copy(update={"camera": own}), given, tmp_path)
+    ) as camera:
+        assert [[int(f.image[0, 0]) for f in m.frames] for m in camera.stream()] == [[60, 10]]
+    told = "--frames names the same pictures for left, right, .* where in them left, right lies"
+    with pytest.raises(ConfigError, match=told):
+        stored_pictures(bench, given, tmp_path)

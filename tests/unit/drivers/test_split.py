@@ -5,13 +5,15 @@ import pytest
 from rig_drivers.split import SplitCamera
 from rig_drivers.v4l2.camera import V4l2Camera
 from rig_drivers.v4l2.device_views import cameras_of
+from rig_drivers.v4l2.kind import V4L2
 from rig_drivers.v4l2.pixels import to_grey
 from rig_sim.clock import VirtualClock
 
 from rig.check.timing import judge_skew
 from rig.devices import Camera
 from rig.errors import CaptureTimeoutError, DeviceLostError
-from rig.profile import V4l2CameraConfig
+from rig.profile import V4l2CameraConfig, ViewConfig
+from rig.profile.kinds import Surroundings
 from tests.support.video_kernel import FakeDevice, FakeVideoKernel
 
 PAIR = {"left": "side-by-side:1", "right": "side-by-side:2"}
@@ -112,3 +114,20 @@ def test_the_check_says_that_there_is_no_skew():
     item = judge_skew([0.0, 0.0], 0.005, is_one_picture=True)
     assert item.status == "pass"
     assert item.found == "0 ms: all views come in one picture (2 multi-views)"
+
+
+def test_the_kind_opens_one_camera_per_device_and_keeps_the_order_of_the_profile():
+    names = ("right", "alone", "left")
+    config = V4l2CameraConfig.model_validate(
+        {
+            **{"kind": "v4l2", "width_px": 640, "height_px": 200, "rate_hz": 30},
+            **{"pixel_format": "GREY"},
+            "devices": {"left": "/dev/array", "right": "/dev/array", "alone": "/dev/alone"},
+            "parts": {**PAIR, "alone": {"width_px": 320}},
+        }
+    )
+    views = tuple(ViewConfig(name=n, x_steps=float(i), y_steps=0.0) for i, n in enumerate(names))
+    camera = V4L2.open(config, Surroundings("bench", views, VirtualClock()))
+    assert camera.views == names
+    assert camera.identity["model"] == "2 x v4l2"
+    assert camera.identity["left+right.parts"].startswith("left 320 x 200 px (x 0..319")

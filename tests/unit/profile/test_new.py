@@ -194,3 +194,53 @@ def test_the_verb_writes_what_other_verbs_find(
     assert "left alone" in again.err
     assert rig("profile", "new", "mine", "--from", "sim", "--views", 2).code == 2
     assert rig("profile", "new", "no/name", "--from", "sim").code == 1
+
+
+def a_wide_one(layout: str | None = "side-by-side") -> list[Findings]:
+    return [Findings("v4l2", "key", (FoundDevice("/dev/a", "a camera", layout=layout),))]
+
+
+def test_one_device_gives_all_views_where_its_layout_is_said():
+    recipe = recipe_for("b", a_wide_one(), camera=None, views=None, stage=None, layout="two-by-two")
+    text = profile_text(recipe)
+    camera = parse_profile(tomllib.loads(text), source="new").camera
+    assert isinstance(camera, V4l2CameraConfig)
+    assert len(camera.devices) == 4
+    assert set(camera.devices.values()) == {"/dev/a"}
+    assert (camera.width_px, camera.height_px, camera.size_px) == (2560, 1600, (1280, 800))
+    assert [str(part.place) for part in camera.parts.values()] == ["1", "2", "3", "4"]
+    assert "have the shape of" not in text  # the offer is taken
+    assert max(map(len, text.splitlines())) <= 100
+
+
+def test_a_layout_in_turn_counts_the_pixels_of_one_view():
+    recipe = Recipe("b", "v4l2", 2, None, layout="interleaved")
+    camera = parse_profile(tomllib.loads(profile_text(recipe)), source="new").camera
+    assert isinstance(camera, V4l2CameraConfig)
+    assert camera.pixel_format == "Y8I"
+    assert (camera.width_px, camera.size_px) == (1280, (1280, 800))
+
+
+def test_the_shape_of_a_picture_is_an_offer_and_never_a_fact():
+    told = r"found 1 V4L2 cameras; .*/dev/a: .* the shape of 2 views; .* --layout side-by-side"
+    with pytest.raises(ConfigError, match=told):
+        recipe_for("b", a_wide_one(), camera=None, views=None, stage=None)
+    recipe = recipe_for("b", a_wide_one(), camera=None, views=2, stage=None)
+    camera = parse_profile(tomllib.loads(profile_text(recipe)), source="new").camera
+    assert isinstance(camera, V4l2CameraConfig)
+    assert camera.parts == {}
+    assert len(set(camera.devices.values())) == 2
+    assert "# /dev/a: its pictures have the shape of 2 views" in profile_text(recipe)
+    assert recipe_for("b", a_wide_one(None), camera=None, views=2, stage=None).notes == ()
+
+
+@pytest.mark.parametrize(
+    ("recipe", "told"),
+    [
+        (Recipe("b", "v4l2", 3, None, layout="top-bottom"), "asked for 3 views .* which has 2"),
+        (Recipe("b", "oak", 2, None, layout="top-bottom"), "leave --layout out"),
+    ],
+)
+def test_a_layout_that_cannot_be_is_refused(recipe: Recipe, told: str):
+    with pytest.raises(ConfigError, match=told):
+        profile_text(recipe)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from rig_drivers.v4l2 import abi
 from rig_drivers.v4l2.inventory import video_nodes
+from rig_drivers.v4l2.kind import found_device
 from rig_sim.clock import VirtualClock
 
 from tests.support.video_kernel import FakeControl, FakeDevice, FakeVideoKernel
@@ -14,7 +15,9 @@ def test_cameras_are_listed_with_stable_paths_and_trouble(tmp_path: Path):
     devices = {
         "video0": FakeDevice(card="Left", controls=[gain]),
         "video1": FakeDevice(capabilities=abi.CAP_STREAMING),  # its metadata
-        "video2": FakeDevice(card="Right", modes=(("MJPG", 64, 48), ("YUYV", 64, 48))),
+        "video2": FakeDevice(
+            card="Right", modes=(("MJPG", 64, 48), ("MJPG", 128, 48), ("YUYV", 64, 48))
+        ),
         "video10": FakeDevice(refused={abi.VIDIOC_QUERYCAP: 13}),
     }
     for name in devices:
@@ -36,6 +39,14 @@ def test_cameras_are_listed_with_stable_paths_and_trouble(tmp_path: Path):
     assert left.controls == ("gain",)
     assert right.best_path == tmp_path / "video2"
     assert right.pixel_formats == ("MJPG", "YUYV")
+    assert right.largest_px == (128, 48)
+    assert left.largest_px == (64, 48)
+    assert found_device(right).layout == "side-by-side"
+    assert found_device(right).description == (
+        "Right; MJPG, YUYV; up to 128 x 48 px, perhaps 2 views, side-by-side"
+    )
+    assert found_device(left).layout is None
+    assert found_device(left).description == "Left; GREY; up to 64 x 48 px"
     assert closed.path == tmp_path / "video10"
     assert closed.trouble is not None
     assert "usermod -aG video" in closed.trouble
