@@ -9,8 +9,13 @@ from tests.support.cameras import SmallRig
 
 
 def rolled(turn_deg: float) -> SmallRig:
+    """The rig with its right view turned about its axis, without a lens."""
     return SmallRig(
-        (f"world.view_errors.right.rotation_deg=[0.0,0.0,{turn_deg}]",), name="sim-mixed"
+        (
+            f"world.view_errors.right.rotation_deg=[0.0,0.0,{turn_deg}]",
+            "world.view_errors.right.distortion=[0.0,0.0,0.0,0.0,0.0]",
+        ),
+        name="sim-mixed",
     )
 
 
