@@ -20,7 +20,7 @@ from rig.geometry.rectification import Rectification, rectify
 from rig.geometry.rig_geometry import RigGeometry
 from rig.optics.calibrated_views import CalibratedViews
 from rig.optics.nominal import noise_of
-from rig.optics.softening import softening_px
+from rig.optics.softening import noise_left, softening_px
 from rig.profile import Profile
 
 _MISPLACED = 0.25
@@ -79,7 +79,7 @@ class CalibratedOptics:
             x_steps=self.rectification.x_steps,
             y_steps=self.rectification.y_steps,
             reference=self._reference,
-            noise=self.noise or _estimated_noise(images[self._reference]),
+            noise=self._noise_left(self.noise or _estimated_noise(images[self._reference])),
         )
 
     def pictures(self, images: Pictures) -> Pictures:
@@ -190,7 +190,22 @@ class CalibratedOptics:
         return Resampler(
             [self.rectification.raw_map_px(view) for view in range(len(cameras))],
             [(camera.height_px, camera.width_px) for camera in cameras],
-            softening_px([self.rectification.finer(view) for view in range(len(cameras))]),
+            self._soft_px,
+        )
+
+    @cached_property
+    def _soft_px(self) -> tuple[float, ...]:
+        views = range(len(self.rectification.geometry.cameras))
+        return softening_px([self.rectification.finer(view) for view in views])
+
+    def _noise_left(self, noise: NoiseModel) -> NoiseModel:
+        left = noise_left(self._soft_px)
+        if left == 1.0:
+            return noise
+        return NoiseModel(
+            noise.read_noise_levels * left**0.5,
+            noise.electrons_per_level / left,
+            noise.step_levels * left**0.5,
         )
 
     @cached_property

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rig.epipolar.board.fit import fit_board_slope
+from rig.epipolar.noise.model import NoiseModel
 from rig.epipolar.resample import Resampler
 from rig.errors import SlopeError
 from rig.geometry.camera_model import CameraModel
@@ -13,7 +14,7 @@ from rig.geometry.rig_geometry import RigGeometry
 from rig.optics.calibrated import CalibratedOptics
 from rig.optics.calibrated_views import CalibratedViews
 from rig.optics.nominal import nominal_optics
-from rig.optics.softening import softening_px
+from rig.optics.softening import noise_left, softening_px
 from rig.profile.load import load_profile
 from rig.targets.checkerboard import Checkerboard
 from rig.targets.corners import find_corners
@@ -132,6 +133,25 @@ def test_a_picture_is_softened_before_it_is_resampled() -> None:
     assert soft.sum() == pytest.approx(1000.0, rel=1e-3)
     for away in (x - 20.0, y - 15.0):
         assert (soft * away**2).sum() / soft.sum() == pytest.approx(1.5**2, rel=0.02)
+
+
+def test_softening_leaves_less_noise() -> None:
+    assert noise_left([0.0, 0.0]) == 1.0
+    assert noise_left([1.5, 1.5]) == pytest.approx(1.0 / (4.0 * np.pi * 1.5**2), rel=1e-6)
+    assert noise_left([1.5, 0.0, 0.0]) == pytest.approx((2.0 + noise_left([1.5])) / 3.0)
+
+
+def test_the_noise_of_softened_views_is_what_is_left() -> None:
+    geometry = unlike_rig()
+    told = NoiseModel(2.0, 30.0, 1.0)
+    views = CalibratedOptics(rectify(geometry, PITCH_MM), None, told).views(
+        [picture(geometry, view) for view in range(3)]
+    )
+    left = (2.0 + noise_left([0.8 * 3.0**0.5])) / 3.0
+    assert views.noise is not None
+    assert views.noise.read_noise_levels == pytest.approx(2.0 * left**0.5)
+    assert views.noise.electrons_per_level == pytest.approx(30.0 / left)
+    assert views.noise.step_levels == pytest.approx(left**0.5)
 
 
 MIXED = (
