@@ -18,6 +18,7 @@ from rig.frames import GreyImage, Pictures
 from rig.geometry.pinhole import Pinhole
 from rig.geometry.rectification import Rectification, rectify
 from rig.geometry.rig_geometry import RigGeometry
+from rig.geometry.way_up import turned_reference
 from rig.optics.calibrated_views import CalibratedViews
 from rig.optics.nominal import noise_of
 from rig.optics.softening import noise_left, softening_px
@@ -246,6 +247,7 @@ def _require_same_views(profile: Profile, rectification: Rectification) -> None:
             f"about {wanted[profile.reference]}",
             advice="calibrate this rig",
         )
+    steps = np.array([[view.x_steps, view.y_steps] for view in profile.views])
     places = zip(profile.views, rectification.x_steps, rectification.y_steps, strict=True)
     for view, x, y in places:
         away = float(np.hypot(x - view.x_steps, y - view.y_steps))
@@ -253,5 +255,6 @@ def _require_same_views(profile: Profile, rectification: Rectification) -> None:
             raise ConfigError(
                 f"calibration found view {view.name} at ({x:.3f}, {y:.3f}) view steps, the profile "
                 f"has it at ({view.x_steps:g}, {view.y_steps:g})",
-                advice=f"are two cables swapped, or is pitch_mm = {profile.pitch_mm:g} wrong?",
+                advice=turned_reference(geometry, steps)
+                or f"are two cables swapped, or is pitch_mm = {profile.pitch_mm:g} wrong?",
             )
