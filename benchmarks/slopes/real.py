@@ -19,6 +19,7 @@ Grey = NDArray[np.uint8]
 Map = NDArray[np.float32]
 
 _AGREED_PX, _SURE_PX, _SURE_SIGMAS = 1.0, 1.0, 5.0
+_PLANE_RADIUS_PX, _PLANE_ROUNDS, _PLANE_SCALE_PX = 7, 4, 0.7
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,8 @@ def real(asked: Asked) -> None:
     """Print how much is answered, and how much of it agrees."""
     print(
         f"{'pair':16} {'rows: px':>15} {'light: levels':>15} {'scored':>6} {'answd':>6} "
-        f"{'agree':>6} {'blind':>6} {'differ':>6} {'HH raw':>6} {'s':>6}  warnings"
+        f"{'agree':>6} {'smooth':>6} {'HH own':>6} {'blind':>6} {'differ':>6} {'HH raw':>6} "
+        f"{'s':>6}  warnings"
     )
     pairs = list(_pairs())
     if not pairs:
@@ -50,7 +52,9 @@ def real(asked: Asked) -> None:
 def _line(pair: RealPair, pictures: Path | None) -> None:
     """Answered: sigma below 1 px, of scored; agree: of those, within 1 px of the reference map.
 
-    Differ: of scored, by more than 1 px and 5 sigma. Blind: of all that the camera saw.
+    Smooth: of those, within 1 px of the local plane of the reference map, and "HH own": how much of
+    that map itself is. Differ: of scored, by more than 1 px and 5 sigma. Blind: of all that the
+    camera saw.
     """
     right, offset_px, brighter = mended(pair.left, pair.right, pair.range_px)
     raw = consistent(pair.left, pair.right, pair.range_px)[pair.seen]
@@ -61,6 +65,9 @@ def _line(pair: RealPair, pictures: Path | None) -> None:
     took_s = time.perf_counter() - start
     with np.errstate(invalid="ignore"):
         scored = np.abs(reference[pair.seen] - raw) <= _AGREED_PX
+        plane = _local_plane(reference)
+        rough_px = np.abs(reference - plane)[pair.seen][scored]
+        off_plane_px = np.abs(found.slope_px - plane)[pair.seen][scored]
         off_px = np.abs(found.slope_px - reference)[pair.seen][scored]
         sigma_px = found.sigma_px[pair.seen][scored]
         answered = (found.label[pair.seen][scored] != Label.NONE) & (sigma_px < _SURE_PX)
@@ -70,7 +77,9 @@ def _line(pair: RealPair, pictures: Path | None) -> None:
     rows = f"{offset_px[pair.seen].min():6.2f} ..{offset_px[pair.seen].max():6.2f}"
     print(
         f"{pair.name:16} {rows:>15} {light:>15} {_share(scored):6.1f} {_share(answered):6.1f} "
-        f"{_share(off_px[answered] <= _AGREED_PX):6.1f} {_share(blind):6.1f} "
+        f"{_share(off_px[answered] <= _AGREED_PX):6.1f} "
+        f"{_share(off_plane_px[answered] <= _AGREED_PX):6.1f} "
+        f"{_share(rough_px <= _AGREED_PX):6.1f} {_share(blind):6.1f} "
         f"{_share(differs):6.2f} {_share(np.isfinite(raw)):6.1f} {took_s:6.2f}  "
         f"{told(found.warnings)}",
         flush=True,
@@ -81,6 +90,29 @@ def _line(pair: RealPair, pictures: Path | None) -> None:
 
 def _share(where: NDArray[np.bool_]) -> float:
     return 100.0 * float(where.mean()) if where.size else float("nan")
+
+
+def _local_plane(slope_px: Map) -> Map:
+    """Robust plane through 15 x 15 px of a map around every pixel, read there, (H, W).
+
+    SGBM tells weak texture to a pixel or so only; what lies around tells it better. Weighted least
+    squares with a weight that falls with the distance from the last plane.
+    """
+    known = np.isfinite(slope_px)
+    z = np.where(known, slope_px, np.float32(0)).astype(np.float64)
+    y, x = np.indices(z.shape).astype(np.float64)
+    side = 2 * _PLANE_RADIUS_PX + 1
+    weight, plane = known.astype(np.float64), z
+    for _ in range(_PLANE_ROUNDS):
+        terms = (np.ones_like(z), x, y, x * x, x * y, y * y, z, x * z, y * z)
+        sums = [cv2.blur(weight * term, (side, side)) for term in terms]
+        whole = np.maximum(sums[0], 1e-12)
+        mx, my, xx, xy, yy, mz, xz, yz = (part / whole for part in sums[1:])
+        xx, xy, yy = xx - mx * mx + 1e-3, xy - mx * my, yy - my * my + 1e-3
+        xz, yz, spread = xz - mx * mz, yz - my * mz, xx * yy - xy * xy
+        plane = mz + ((xz * yy - yz * xy) * (x - mx) + (yz * xx - xz * xy) * (y - my)) / spread
+        weight = known / (1.0 + ((z - plane) / _PLANE_SCALE_PX) ** 2) ** 2
+    return plane.astype(np.float32)
 
 
 def _draw(folder: Path, pair: RealPair, found: SlopeMap, reference: Map) -> None:

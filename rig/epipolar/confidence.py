@@ -52,14 +52,17 @@ class Evidence:
     """(H, W) pixels hidden in the outermost view of at least one side."""
     unshared: Mask
     """(H, W) slopes that a search from the other end of the views does not share."""
-    beside_unshared: Mask
-    """(H, W) slopes at a jump beside those."""
     start_px: float
     """Error of the slopes before the line fit, 1 sigma."""
     rival_px: Map
     """(H, W) second slopes that explain the views as well, NaN for none."""
     drift_variance: Map | None = None
     """(H, W) of the slopes, by light that changes with the view; None where none does."""
+    unconfirmed_variance: Map | None = None
+    """(H, W) of slopes that the other view of a pair does not confirm clearly; None for none."""
+    confirmed: Mask | None = None
+    """(H, W) slopes that a search from the other end of the views shares; None for no such search.
+    """
     coarse_texture: Mask | None = None
     """(H, W) texture that pictures of half the size show; None where none was looked for."""
     is_misled: bool = False
@@ -101,15 +104,18 @@ def judge(
     )
     if evidence.coarse_texture is not None:
         plain[evidence.coarse_texture] = 0
+    if evidence.confirmed is not None:
+        # Two views that find each other, differ by light or by lenses: not by slope.
+        against[evidence.confirmed] = 0
     left = np.square(start_px * kept) + miss
     doubts = np.where(against > 0, np.uint8(_AGAINST), np.uint8(0))
     doubts |= np.where(plain > 0, np.uint8(_PLAIN), np.uint8(0))
     doubts |= np.where(lines.sight == UNSEEN, np.uint8(_UNSEEN), np.uint8(0))
     if lines.is_thin:
         left, doubts = doubled(left, slope_px.shape[1]), doubled(doubts, slope_px.shape[1])
-    drift_variance = evidence.drift_variance
-    if drift_variance is None:
-        drift_variance = np.empty((0, 0), np.float32)
+    more = [evidence.drift_variance, evidence.unconfirmed_variance]
+    more = [part for part in more if part is not None]
+    more_variance = np.sum(more, axis=0) if more else np.empty((0, 0), np.float32)
     slope, sigma = np.empty_like(slope_px), np.empty_like(slope_px)
     label, at_ends = np.empty(slope_px.shape, np.uint8), np.zeros((len(slope_px), 2), np.int64)
     near_px = min(_EDGE_LABELS * step_px, 0.1 * (range_px[1] - range_px[0]))
@@ -117,9 +123,9 @@ def judge(
 
     def weigh(start: int, stop: int) -> None:
         _weigh(
-            slope_px, evidence.variance, left, jump_px, evidence.rival_px, drift_variance, doubts,
-            evidence.hidden, evidence.unshared, evidence.beside_unshared, np.float32(step_px),
-            *ends_px, blind_px, evidence.is_misled, start, stop, slope, sigma, label, at_ends,
+            slope_px, evidence.variance, left, jump_px, evidence.rival_px, more_variance, doubts,
+            evidence.hidden, evidence.unshared, np.float32(step_px), *ends_px, blind_px,
+            evidence.is_misled, start, stop, slope, sigma, label, at_ends,
         )  # fmt: skip
 
     run_in_bands(weigh, len(sigma))
@@ -135,11 +141,10 @@ def _weigh(
     left: NDArray[np.float32],
     jump_px: NDArray[np.float32],
     rival_px: NDArray[np.float32],
-    drift_variance: NDArray[np.float32],
+    more_variance: NDArray[np.float32],
     doubts: NDArray[np.uint8],
     hidden: NDArray[np.bool_],
     unshared: NDArray[np.bool_],
-    beside_unshared: NDArray[np.bool_],
     step_px: np.float32,
     low_end_px: np.float32,
     high_end_px: np.float32,
@@ -164,10 +169,10 @@ def _weigh(
     for v in range(start, stop):
         m, doubt, far, rival = slope_px[v], doubts[v], jump_px[v], rival_px[v]
         _add_variances(m, variance[v], left[v], far, rival, step_px, total)
-        if drift_variance.shape[0] > 0:
-            total += drift_variance[v]
+        if more_variance.shape[0] > 0:
+            total += more_variance[v]
         _know(m, doubt, unshared[v], low_end_px, high_end_px, known, at_ends[v])
-        _tell(m, total, doubt, beside_unshared[v], known, is_misled, blind_px, slope[v], sigma[v])
+        _tell(m, total, doubt, known, is_misled, blind_px, slope[v], sigma[v])
         _name(m, hidden[v], known, label[v])
 
 
@@ -225,7 +230,6 @@ def _tell(
     slope_px: NDArray[np.float32],
     total: NDArray[np.float32],
     doubts: NDArray[np.uint8],
-    beside_unshared: NDArray[np.bool_],
     known: NDArray[np.uint8],
     is_misled: bool,
     blind_px: np.float32,
@@ -237,7 +241,7 @@ def _tell(
     for u in range(len(total)):
         total[u] = min(np.sqrt(total[u]), blind_px)
     for u in range(len(total)):
-        is_doubtful = ((doubts[u] & against) != 0) | beside_unshared[u] | is_misled
+        is_doubtful = ((doubts[u] & against) != 0) | is_misled
         total[u] = blind_px if is_doubtful else total[u]
     for u in range(len(total)):
         sigma[u] = total[u] if known[u] else nan

@@ -18,15 +18,16 @@ from rig.epipolar.placement.fit import find_placement
 from rig.epipolar.placement.placement import Placement, on_their_lines
 from rig.epipolar.plain import has_coarse_texture
 from rig.epipolar.prepare import Ready, closer_noise, prepare
-from rig.epipolar.rank import highest
 from rig.epipolar.refine import FAR, NEAR, refine
 from rig.epipolar.sampling import pad
 from rig.epipolar.search.cross_check import is_one_sided
-from rig.epipolar.search.pair import LABELS_PX, PAIR_ERROR_PX
+from rig.epipolar.search.found import Found
+from rig.epipolar.search.pair import PAIR_ERROR_PX
 from rig.epipolar.search.search import Effort, search
 from rig.epipolar.search.sides import choose_sides
 from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras, Window, window_of
 from rig.epipolar.steady import Steady
+from rig.epipolar.unconfirmed import is_confirmed, unconfirmed_variance
 from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
 
 _FEWEST_THIN = 3
@@ -187,6 +188,7 @@ def _estimate(
         is_row = bool(np.abs(cameras.x_steps).max() >= np.abs(cameras.y_steps).max())
         centre = ready.sharp[cameras.reference]
         coarse_texture = has_coarse_texture(centre, scales, is_row=is_row)
+    confirmed, open_variance = _confirmation(ready, found, lines, slope, placed_cameras)
     per_shift = placed_cameras.step_px / LABEL_SHIFT_PX
     evidence = Evidence(
         lines=lines,
@@ -195,10 +197,11 @@ def _estimate(
         misfit_px=misfit_px * per_shift,
         hidden=hidden,
         unshared=found.unshared,
-        beside_unshared=_beside(found.unshared, slope, placed_cameras),
         start_px=start_px * per_shift,
         rival_px=rival_px,
         drift_variance=drift_variance,
+        unconfirmed_variance=open_variance,
+        confirmed=confirmed,
         coarse_texture=coarse_texture,
         is_misled=ready.effort is Effort.FOLLOWED and _is_misled(lines, window, placed_cameras),
     )
@@ -228,17 +231,17 @@ def _within_reach(
     return np.where(is_near, stitched_px, slope_px)
 
 
-def _beside(
-    unshared: NDArray[np.bool_], slope_px: NDArray[np.float32], cameras: Cameras
-) -> NDArray[np.bool_]:
-    """Pixels at a jump beside what is not shared, (H, W): paths make ramps of such jumps.
+def _confirmation(
+    ready: Ready, found: Found, lines: LineFits, slope_px: NDArray[np.float32], cameras: Cameras
+) -> tuple[NDArray[np.bool_] | None, NDArray[np.float32] | None]:
+    """Where a search from the other end shares slopes (H, W), and the variance that it leaves open.
 
-    Less than a label of the search is no jump, but how its labels are told where texture is weak.
+    None where there was no such search.
     """
-    if not unshared.any():
-        return unshared
-    beside = highest(unshared.astype(np.float32), 3) > 0
-    return beside & near_jumps(slope_px, LABELS_PX / LABEL_SHIFT_PX * cameras.step_px, 1)
+    if not ready.is_one_sided:
+        return None, None
+    against = contradicted(lines) > 0
+    return is_confirmed(found), unconfirmed_variance(found, slope_px, against, cameras)
 
 
 def _is_misled(lines: LineFits, window: Window, cameras: Cameras) -> bool:

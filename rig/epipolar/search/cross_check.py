@@ -6,9 +6,12 @@ the two do not share are replaced: the left-right check and background fill of H
 processing by semiglobal matching and mutual information" (IEEE TPAMI 30(2), 2008).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.compute.bands import run_in_bands
 from rig.compute.kernel import kernel
 from rig.epipolar.search.halves import assign_halves
 from rig.epipolar.search.window import Cameras
@@ -16,6 +19,21 @@ from rig.epipolar.search.window import Cameras
 _SHARED_PX = 0.75
 """Difference up to which both readings found the same, as a shift in the outermost view, beyond the
 distance of the labels."""
+_AROUND_PX = 1
+"""The other view is read once per pixel, whole labels apart: where neighbours there confirm a
+slope, it is unsure, not unseen."""
+
+
+class Confirmed(NamedTuple):
+    """What the outermost view says of the slopes of the reference."""
+
+    shared: NDArray[np.bool_]
+    """(H, W) it finds the same where they show it."""
+    seen: NDArray[np.bool_]
+    """(H, W) it finds the same there or, where it finds another slope, beside that."""
+    apart_px: NDArray[np.float32]
+    """(H, W) by how much the two differ, beyond how labels round; 0 where they share the slope, and
+    where no label shows there."""
 
 
 def is_one_sided(cameras: Cameras) -> bool:
@@ -29,8 +47,8 @@ def shared_slopes(
     labels_px: NDArray[np.float32],
     slope_px: NDArray[np.float32],
     cameras: Cameras,
-) -> NDArray[np.bool_]:
-    """Which slopes the outermost view finds too, (H, W).
+) -> Confirmed:
+    """Which slopes the outermost view finds too.
 
     Args:
         total: (H, L, W) summed costs.
@@ -45,16 +63,20 @@ def shared_slopes(
         total, np.rint(labels_px * x_step).astype(np.int64),
         np.rint(labels_px * y_step).astype(np.int64),
     )  # fmt: skip
-    height, width = slope_px.shape
-    rows, columns = np.mgrid[0:height, 0:width]
-    column = np.rint(columns - slope_px * np.float32(x_step)).astype(int)
-    row = np.rint(rows - slope_px * np.float32(y_step)).astype(int)
-    inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
-    index = there[np.where(inside, row, 0), np.where(inside, column, 0)]
     step_px = float(labels_px[1] - labels_px[0])
-    found = labels_px[np.maximum(index, 0)]
-    near = np.abs(found - slope_px) <= np.float32(_SHARED_PX / float(reach[other]) + 0.5 * step_px)
-    return inside & (index >= 0) & near
+    own, near = (np.empty_like(slope_px) for _ in range(2))
+    run_in_bands(
+        lambda start, stop: _compare(
+            there, labels_px, slope_px, np.float32(x_step), np.float32(y_step), start, stop, own,
+            near,
+        ),
+        len(slope_px),
+    )  # fmt: skip
+    half_px = np.float32(0.5 * step_px)
+    limit_px = np.float32(_SHARED_PX / float(reach[other])) + half_px
+    shared = own <= limit_px
+    apart_px = np.where(shared | np.isinf(own), np.float32(0), own - half_px)
+    return Confirmed(shared, (near <= limit_px) & np.isfinite(own), apart_px)
 
 
 def fill_unshared(
@@ -92,6 +114,36 @@ def _winners_of_other(
                         lowest[u] = cost[u] if better else lowest[u]
                         here[u] = np.int16(label) if better else here[u]
     return index
+
+
+@kernel()
+def _compare(
+    there: NDArray[np.int16],
+    labels_px: NDArray[np.float32],
+    slope_px: NDArray[np.float32],
+    x_step: np.float32,
+    y_step: np.float32,
+    start: int,
+    stop: int,
+    own: NDArray[np.float32],
+    near: NDArray[np.float32],
+) -> None:
+    """Fill rows of the difference to the label `there`, and to the nearest of those around that."""
+    height, width = slope_px.shape
+    infinite, reach = np.float32(np.inf), _AROUND_PX
+    for v in range(start, stop):
+        for u in range(width):
+            m = slope_px[v, u]
+            row, column = round(v - m * y_step), round(u - m * x_step)
+            here, best = infinite, infinite
+            if 0 <= row < height and 0 <= column < width:
+                for y in range(max(row - reach, 0), min(row + reach + 1, height)):
+                    for x in range(max(column - reach, 0), min(column + reach + 1, width)):
+                        k = there[y, x]
+                        gap = abs(labels_px[k] - m) if k >= 0 else infinite
+                        best = min(best, gap)
+                        here = gap if (y == row) & (x == column) else here
+            own[v, u], near[v, u] = here, best
 
 
 def _fill_rows(slope_px: NDArray[np.float32], known: NDArray[np.bool_]) -> NDArray[np.float32]:

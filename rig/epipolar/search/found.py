@@ -16,6 +16,8 @@ class Found:
     """(H, W) the best slope that is not beside it; NaN where none was looked at."""
     unshared: NDArray[np.bool_]
     """(H, W) slopes that the outermost view does not confirm, where all views lie on one side."""
+    apart_px: NDArray[np.float32]
+    """(H, W) by how much it differs, or what took its place does; 0 where it confirms them."""
 
     @classmethod
     def alone(cls, slope_px: NDArray[np.float32]) -> "Found":
@@ -25,7 +27,8 @@ class Found:
     @classmethod
     def of_all(cls, slope_px: NDArray[np.float32], rival_px: NDArray[np.float32]) -> "Found":
         """Return slopes that nothing contradicts."""
-        return cls(slope_px, rival_px, np.zeros(slope_px.shape, np.bool_))
+        nowhere = np.zeros(slope_px.shape, np.bool_)
+        return cls(slope_px, rival_px, nowhere, np.zeros_like(slope_px))
 
     def only(self, wide: NDArray[np.bool_], expected_px: NDArray[np.float32]) -> "Found":
         """Return what was found where it was looked for, what was expected elsewhere, (H, W)."""
@@ -33,4 +36,5 @@ class Found:
             np.where(wide, self.slope_px, expected_px),
             np.where(wide, self.rival_px, np.float32(np.nan)),
             self.unshared & wide,
+            np.where(wide, self.apart_px, np.float32(0)),
         )

@@ -25,7 +25,7 @@ from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras, Window
 LABELS_PX = 1.0
 """Distance of the labels, as a shift in the outermost view."""
 _SOFT_PX = 0.6
-_STEP_PENALTY, _JUMP_PENALTIES = 40, (80.0, 180.0)
+_STEP_PENALTY, _JUMP_PENALTIES = 40, (80.0, 290.0)
 _TEXTURE_MISMATCH, _GREY_MISMATCH = 1.7, 1.0
 PAIR_ERROR_PX = LABELS_PX / 12**0.5
 """Error of slopes anywhere about their label, as a shift in the outermost view, 1 sigma."""
@@ -63,14 +63,17 @@ def search_pair(
     add_diagonals(costs, *penalties, _STEP_PENALTY, total)
     slope = winners(total, labels, window.low_px, window.high_px)
     rival, slope = rivals(total, labels, slope), window.hold(median_of_nine(slope))
-    shared = shared_slopes(total, labels, slope, cameras)
-    slope = fill_unshared(slope, shared, cameras)
+    shared, seen, apart = shared_slopes(total, labels, slope, cameras)
+    filled = fill_unshared(slope, shared, cameras)
+    apart, slope = np.maximum(apart, np.abs(filled - slope)), filled
     if factor > 1:
         shape = (height, width)
-        slope, rival = (np.float32(factor) * grow(part, factor, shape) for part in (slope, rival))
-        shared = grow(shared.astype(np.float32), factor, shape) > 0
+        slope, rival, apart = (
+            np.float32(factor) * grow(part, factor, shape) for part in (slope, rival, apart)
+        )
+        seen = grow(seen.astype(np.float32), factor, shape) > 0
         slope = whole.hold(_closer(images, cameras, slope, step_px, is_alike=scales.is_alike))
-    return Found(slope, rival, ~shared)
+    return Found(slope, rival, ~seen, apart)
 
 
 def _closer(

@@ -32,7 +32,7 @@ LINES = LineFits(
 )  # fmt: skip
 EVIDENCE = Evidence(
     lines=LINES, variance=filled(0.04), views=5, misfit_px=0.3, hidden=none(),
-    unshared=none(), beside_unshared=none(), start_px=2.0, rival_px=filled(np.nan),
+    unshared=none(), start_px=2.0, rival_px=filled(np.nan),
 )  # fmt: skip
 
 
@@ -63,6 +63,9 @@ def test_sigma_adds_noise_what_the_start_leaves_and_what_lines_miss():
     assert told(scattered).sigma_px[HERE] == pytest.approx((square + 0.08) ** 0.5)
     drifting = replace(EVIDENCE, drift_variance=filled(0.5))
     assert told(drifting).sigma_px[HERE] == pytest.approx((square + 0.5) ** 0.5)
+    both = replace(drifting, unconfirmed_variance=at_one(filled(0.0), 0.7))
+    assert told(both).sigma_px[HERE] == pytest.approx((square + 1.2) ** 0.5)
+    assert told(both).sigma_px[0, 0] == pytest.approx((square + 0.5) ** 0.5)
     rivalled = replace(EVIDENCE, rival_px=at_one(EVIDENCE.rival_px, 2.5))
     assert told(rivalled).sigma_px[HERE] == pytest.approx((square + 2.25) ** 0.5)
     assert told(rivalled).sigma_px[0, 0] == pytest.approx(square**0.5)
@@ -91,11 +94,12 @@ def test_sigma_is_at_most_that_of_a_guess():
     assert told(unknown).sigma_px[HERE] == pytest.approx(BLIND_PX)
 
 
-def test_what_is_contradicted_or_beside_what_is_unshared_is_blind():
-    beside = told(replace(EVIDENCE, beside_unshared=marked()))
-    assert beside.sigma_px[HERE] == pytest.approx(BLIND_PX)
-    assert beside.sigma_px[0, 0] < 1.0
-    assert beside.label[HERE] == Label.NEARER
+def test_what_is_contradicted_is_blind_unless_the_other_view_finds_it_too():
+    contested = replace(EVIDENCE, lines=replace(LINES, misfit=filled(3.0)))
+    found = told(replace(contested, confirmed=marked()))
+    assert found.sigma_px[HERE] == pytest.approx((0.04 + (2.0 * 0.2) ** 2 + 0.3**2) ** 0.5)
+    assert found.sigma_px[0, 0] == pytest.approx(BLIND_PX)
+    assert found.label[0, 0] == Label.NEARER
     misled = told(replace(EVIDENCE, is_misled=True))
     assert (misled.sigma_px == np.float32(BLIND_PX)).all()
     assert misled.warnings[0] == "said before"

@@ -36,15 +36,22 @@ def test_slopes_are_shared_where_the_other_view_finds_them(
         here = int(total[v, k, u]), v, k  # of equal costs the first that was looked at
         best[place] = min(best.get(place, here), here)
     limit = 0.75 / np.hypot(x_step, y_step) + 0.5 * apart_px
-    expected = np.zeros((height, width), bool)
+    expected, seen, apart = (np.zeros((height, width)) for _ in range(3))
     for v, u in np.ndindex(height, width):
         m = float(slope[v, u])
         place = round(v - m * y_step), round(u - m * x_step)
         inside = 0 <= place[0] < height and 0 <= place[1] < width
         if inside and place in best:
-            expected[v, u] = abs(labels[best[place][2]] - m) <= limit
-    assert np.array_equal(found, expected)
-    assert 0.05 < expected.mean() < 0.95
+            gap = abs(labels[best[place][2]] - m)
+            expected[v, u] = gap <= limit
+            apart[v, u] = 0.0 if gap <= limit else gap - 0.5 * apart_px
+            beside = [(place[0] + dy, place[1] + dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1)]
+            beside = [p for p in beside if 0 <= p[0] < height and 0 <= p[1] < width and p in best]
+            seen[v, u] = min(abs(labels[best[p][2]] - m) for p in beside) <= limit
+    assert np.array_equal(found.shared, expected)
+    assert np.array_equal(found.seen, seen)
+    assert found.apart_px == pytest.approx(apart, abs=1e-5)
+    assert 0.05 < expected.mean() < seen.mean() < 0.95
 
 
 def test_borders_of_the_picture_are_shared_too():
@@ -54,12 +61,12 @@ def test_borders_of_the_picture_are_shared_too():
     found = shared_slopes(
         total, np.arange(3, dtype=np.float32), np.ones((2, 2), np.float32), cameras
     )
-    assert found.tolist() == [[False, True], [False, True]]
+    assert found.shared.tolist() == [[False, True], [False, True]]
     upward = Cameras(np.zeros(2), np.array([0.0, 1.0]), 0)
     found = shared_slopes(
         total, np.arange(3, dtype=np.float32), np.ones((2, 2), np.float32), upward
     )
-    assert found.tolist() == [[False, False], [True, True]]
+    assert found.shared.tolist() == [[False, False], [True, True]]
 
 
 SLOPES = np.array([[5.0, 1.0, 2.0, 3.0, 4.0], [7.0, 8.0, 9.0, 6.0, 5.0]], np.float32)

@@ -118,15 +118,18 @@ def test_the_effort_follows_the_width_of_the_windows(wide: int, width_px: float,
 
 def test_what_was_found_counts_only_where_it_was_looked_for():
     wide = np.array([[True, False]])
-    found = Found(filled(2.0, (1, 2)), filled(3.0, (1, 2)), np.array([[True, True]]))
+    twice = np.array([[True, True]])
+    found = Found(filled(2.0, (1, 2)), filled(3.0, (1, 2)), twice, filled(4.0, (1, 2)))
     kept = found.only(wide, filled(-1.0, (1, 2)))
     assert kept.slope_px.tolist() == [[2.0, -1.0]]
     assert kept.rival_px[0, 0] == 3.0
     assert np.isnan(kept.rival_px[0, 1])
     assert kept.unshared.tolist() == [[True, False]]
+    assert kept.apart_px.tolist() == [[4.0, 0.0]]
     alone = Found.alone(filled(2.0, (1, 2)))
     assert np.isnan(alone.rival_px).all()
     assert not alone.unshared.any()
+    assert not alone.apart_px.any()
 
 
 GREY = np.array([[10.0, 10.0, 40.0], [10.0, 25.0, 40.0]], np.float32)
@@ -224,19 +227,6 @@ def test_stitching_moves_a_pair_by_one_step_at_most():
     assert many is stitched
     pair = estimate._within_reach(slope, stitched, ready(PAIR, is_one_sided=True))
     assert pair[0] == pytest.approx([1.19, 1.0, 1.0])
-
-
-def test_what_lies_at_a_jump_beside_the_unshared_is_unsure():
-    slope = filled(0.0)
-    slope[:, 20:] = 0.51  # a label of the search is half a px per step here
-    unshared = np.zeros(SHAPE, np.bool_)
-    assert not estimate._beside(unshared, slope, PAIR).any()
-    unshared[15, 17] = True
-    beside = estimate._beside(unshared, slope, PAIR)
-    rows, columns = np.nonzero(beside)
-    assert (rows.min(), rows.max(), columns.min(), columns.max()) == (12, 18, 18, 20)
-    slope[:, 20:] = 0.49
-    assert not estimate._beside(unshared, slope, PAIR).any()
 
 
 def lines(misfit: Map) -> LineFits:
