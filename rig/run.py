@@ -1,5 +1,6 @@
 """One rig as a run uses it, and how far the curve of the run can be trusted."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -14,6 +15,7 @@ from rig.optics.prior import FACTORY
 from rig.optics.search_range import search_range_px
 from rig.profile import Profile
 from rig.records import StoredCalibration
+from rig.unit import unit_of
 
 _TOLD_AT_MM = 1000.0
 _K = 2.0
@@ -37,6 +39,8 @@ class RunCurve:
     """Where it would be valid if `slopes.range_mm` did not end it earlier."""
     holdout_rms_mm: float | None = None
     """Rms error of the board's plane at the distances that its fit has not seen; None without."""
+    unit: str = ""
+    """Which of the rigs of this name it was measured with; empty where nobody knows."""
 
     @property
     def title(self) -> str:
@@ -131,6 +135,27 @@ class Run:
     """What the optics come from; None for pictures as they are, or a device's own calibration."""
     awaits: Literal["slopes", "depth"] | None = None
     """What only the device's own calibration may tell, once it is open: see `completed_run`."""
+    by_itself: tuple[tuple[str, str], ...] = ()
+    """What it took that nobody named, as `curve 3`, each with the unit that it is of."""
+
+    def require_unit(self, identity: Mapping[str, str]) -> None:
+        """Refuse what was measured with another rig of the same name.
+
+        Args:
+            identity: what the open camera says of itself.
+
+        Raises:
+            CurveError: a curve or a calibration that was taken by itself is of another unit.
+        """
+        here = unit_of(self.profile, identity)
+        for what, unit in self.by_itself:
+            if here and unit and unit != here:
+                kind, _, number = what.partition(" ")
+                raise CurveError(
+                    f"{what} of rig {self.profile.name} is of unit {unit}, this one is {here}",
+                    advice=f'write unit = "{here}" into the profile, so that only its own are '
+                    f"taken, or take this one on purpose with --{kind} {number}",
+                )
 
     @property
     def range_px(self) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import cast
 
 from rig.calibrate.album import SOLVED, Album
 from rig.calibrate.collection import Collection
@@ -12,7 +13,7 @@ from rig.calibrate.conclude import CalibrationResult, quality_of
 from rig.calibrate.pictures import Picture, recorded_pictures
 from rig.calibrate.solve import SolveChoices
 from rig.calibrate.take import Operator, read_album, read_stored, take_in_hand, take_on_stage
-from rig.database import Store, software_versions
+from rig.database import Store, software_versions, this_program
 from rig.errors import ConfigError, StoreError
 from rig.frames import GreyImage
 from rig.geometry.bundle import Calibration
@@ -24,6 +25,7 @@ from rig.profile import Profile
 from rig.report.calibration.shown import ShownCalibration
 from rig.report.write import write_calibration_page
 from rig.sweep.request import sweep_setup
+from rig.unit import unit_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +40,10 @@ class CalibrateRequest:
     """Whether the stage first carries the target through known positions."""
     resume: bool = False
     """Whether to go on with the newest unfinished calibration of the rig."""
+    note: str = ""
+    """Free text of the user."""
+    tags: tuple[str, ...] = ()
+    """Words to find it again by."""
 
 
 def run_calibration(
@@ -115,11 +121,21 @@ def _solve_and_store(
     operator: Operator,
 ) -> CalibrationResult:
     operator.progress(len(collection.sightings), "solving")
-    return _store(collection, collection.solved(request.choices), album, store)
+    return _store(collection, collection.solved(request.choices), request, album, store)
+
+
+def _unit(collection: Collection) -> str:
+    camera = collection.devices.get("camera")
+    identity = cast("dict[str, str]", camera) if isinstance(camera, dict) else {}
+    return unit_of(collection.profile, identity)
 
 
 def _store(
-    collection: Collection, calibration: Calibration, album: Album, store: Store
+    collection: Collection,
+    calibration: Calibration,
+    request: CalibrateRequest,
+    album: Album,
+    store: Store,
 ) -> CalibrationResult:
     profile, verdict = collection.profile, calibration.verdict
     reference = calibration.geometry.cameras[calibration.geometry.reference]
@@ -138,6 +154,9 @@ def _store(
         temperature_degc=collection.temperature_degc,
         image_size_px=(reference.width_px, reference.height_px),
         active=verdict.good,
+        unit=_unit(collection),
+        note=request.note,
+        provenance=this_program(request.tags),
     )
     shown = ShownCalibration(
         profile.name,

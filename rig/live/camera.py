@@ -69,6 +69,7 @@ class DepthCamera:
         Raises:
             CameraUseError: it is or was open.
             ConfigError: nothing tells which slopes the distances of the profile are.
+            CurveError: its curve or calibration is of another rig of the same name.
             DeviceError: the device is not there or does not answer.
             StoreError: nothing is stored that tells depth, and the device holds no calibration.
         """
@@ -80,6 +81,7 @@ class DepthCamera:
                 )
             device, clock = self._stack.enter_context(self._door())
             try:
+                self.run.require_unit(device.identity)
                 self.run = completed_run(self.run, device)
                 meter = DepthMeter(self.run)
             except BaseException:
