@@ -85,6 +85,10 @@ class LeaseShelf(Transactions):
             stack.enter_context(Heartbeat(lambda: self._beat(what, me), BEAT_S))
             yield
 
+    def holds(self, what: str) -> bool:
+        """Tell whether this program owns something."""
+        return what in self._held
+
     def owner(self, what: str) -> Owner | None:
         """Return who works on something; None where nobody does who lives."""
         with self._reading(f"look who works on {what}") as session:

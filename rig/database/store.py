@@ -82,6 +82,17 @@ def open_store(
     return Store(location, empty_engine(), exists=False)
 
 
+def open_at(location: Location) -> "Store":
+    """Open, or make, the database of a location that was decided before.
+
+    Raises:
+        StoreError: it cannot be opened, is not ours, or is newer than this program.
+    """
+    if may_only_be_read(location):
+        return Store(location, open_to_read(location))
+    return Store(location, open_engine(location))
+
+
 def store_at(file: Path, frames: Path, modes: FileModes) -> "Store":
     """Open, or make, the database in a file, with the frames in a folder that is named as well.
 
@@ -93,10 +104,7 @@ def store_at(file: Path, frames: Path, modes: FileModes) -> "Store":
     Raises:
         StoreError: it cannot be opened, is not ours, or is newer than this program.
     """
-    location = Location(URL.create("sqlite", database=str(file)), frames, modes)
-    if may_only_be_read(location):
-        return Store(location, open_to_read(location))
-    return Store(location, open_engine(location))
+    return open_at(Location(URL.create("sqlite", database=str(file)), frames, modes))
 
 
 def _holds_something(file: Path) -> bool:

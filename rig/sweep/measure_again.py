@@ -27,9 +27,9 @@ def measure_again(
         CurveError: the slopes make no curve.
     """
     sweep = store.sweep(sweep_id)
-    run = run_of_sweep(store, sweep, calibration)
     samples = store.samples(sweep_id)
     _require_frames(sweep_id, samples)
+    run = run_of_sweep(store, sweep, calibration)
     measured: dict[SampleKey, Measurement] = {}
     for number, sample in enumerate(samples):
         images = store.load(sample).stack()
