@@ -241,7 +241,7 @@ def _show_calibrations(calibrations: "list[StoredCalibration]") -> None:
     show()
 
 
-_OFTEN_EMPTY = ("unit", "frames", "note", "source")
+_OFTEN_EMPTY = ("unit", "frames", "note")
 
 
 def _show_known(cells: list[list[str]], header: tuple[str, ...]) -> None:
