@@ -69,7 +69,7 @@ def test_what_is_of_another_unit_is_refused(unit: str, serial: str, is_refused: 
 def test_what_nobody_named_is_refused_for_nobody():
     used = run("B2", calibration_3="", curve_7="")
     used.require_unit({})
-    with pytest.raises(CurveError, match="calibration 4 .* take this one on purpose with --calib"):
+    with pytest.raises(CurveError, match=r"calibration 4 .* take this one on purpose with --calib"):
         replace(used, by_itself=(("calibration 4", "A1"),)).require_unit({})
 
 

@@ -57,7 +57,7 @@ def test_what_was_damaged_before_a_backup_ends_it_with_3(rig: Command, tmp_path:
     ("options", "says"),
     [
         ((), "say whose images"),
-        (("--older-than", "nan"), "is no length, time or number"),
+        (("--older-than", "nan"), "must be at least 0"),
         (("--older-than", "1e12"), "no sweep is so old"),
     ],
 )
