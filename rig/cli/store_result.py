@@ -14,13 +14,10 @@ _UNITS = ("bytes", "kB", "MB", "GB", "TB")
 _STEP = 1000.0
 
 
-def size_in_words(size: float) -> str:
+def size_in_words(size: int) -> str:
     """Return a number of bytes with the unit that suits it."""
-    for unit in _UNITS[:-1]:
-        if size < _STEP:
-            return f"{size:.0f} {unit}" if unit == _UNITS[0] else f"{size:.1f} {unit}"
-        size /= _STEP
-    return f"{size:.1f} {_UNITS[-1]}"
+    place = min((len(str(size)) - 1) // 3, len(_UNITS) - 1)
+    return f"{size} {_UNITS[0]}" if place == 0 else f"{size / _STEP**place:.1f} {_UNITS[place]}"
 
 
 def inventory_as_dict(found: "Inventory", done: "Repair | None") -> dict[str, object]:
