@@ -7,6 +7,8 @@ import tempfile
 from pathlib import Path
 
 from rig.database import Store, open_store
+from rig.database.store import store_at
+from rig.file_modes import FileModes
 from tests.support.multiviews import noisy_multiview
 from tests.support.stores import STOPS, new_calibration, new_sweep, sqlite_url
 
@@ -34,7 +36,7 @@ def _made() -> Path:
     """Return a folder with such a store: to make one takes ten times as long as to copy it."""
     folder = Path(tempfile.mkdtemp(prefix="rig-store-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    with open_store(sqlite_url(folder)) as store:
+    with store_at(folder / "rig.sqlite", folder / "frames", FileModes()) as store:
         filled(store)
     return folder
 
