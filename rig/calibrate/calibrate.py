@@ -166,6 +166,9 @@ def _store(
             "calibration": number,
             "taken": datetime.now(UTC).isoformat(timespec="seconds"),
             "temperature": collection.temperature_degc,
+            "unit": _unit(collection) or "not known",
+            **({"note": request.note} if request.note else {}),
+            "command": this_program().command,
             **collection.devices,
         },
     )

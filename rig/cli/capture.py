@@ -19,8 +19,10 @@ from rig.cli.options import (
     CalibrationChoice,
     CurveNumber,
     DatabaseUrl,
+    Note,
     Overrides,
     ProfileName,
+    Tags,
     finite,
 )
 from rig.cli.page_options import View, ViewHost, ViewPort, capture_page, page_request
@@ -87,6 +89,8 @@ def capture(
     view: View = False,
     view_host: ViewHost = None,
     view_port: ViewPort = None,
+    note: Note = "",
+    tags: Tags = None,
     overrides: Overrides = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -126,6 +130,8 @@ def capture(
         recording=record,
         recorded_as=record_as or "foxglove",
         points=points,
+        note=note,
+        tags=tuple(tags or ()),
         outputs=served(serve, serve_host, serve_port, points=points),
     )
     with ProgressLine(frames) as progress:
