@@ -19,7 +19,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -101,18 +101,35 @@ def timed(trial: Trial) -> float:
     return took_s
 
 
-def campaign(
-    trial: Trial, options: argparse.Namespace, rounds: list[Round], keep: Callable[[Round], None]
-) -> None:
-    """Play the rounds of one verb that are not on record yet."""
-    done = sum(one.verb == trial.verb and (one.signal != signal.SIGKILL) == options.signals
-               for one in rounds)  # fmt: skip
-    if done >= options.count:
-        return
-    whole_s = timed(trial)
-    for number in range(done, options.count):
-        rounds.append(play(trial, number, options.seed, whole_s, is_told=options.signals))
-        keep(rounds[-1])
+class Campaign:
+    """The rounds of some verbs, those on record and those to come."""
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        self._options = options
+        self._trials = [VERBS[verb](options.database) for verb in options.verb or sorted(VERBS)]
+        self._whole_s: dict[str, float] = {}
+        self.rounds = _recorded(options.record, options.seed)
+        self._until_s = time.monotonic() + 60.0 * options.minutes
+
+    def play(self) -> None:
+        """Play what is not on record yet, the verbs in turn, until the time is over."""
+        for number in range(self._options.count):
+            for trial in self._trials:
+                if number >= self._done(trial.verb) and time.monotonic() < self._until_s:
+                    self._play(trial, number)
+
+    def _done(self, verb: str) -> int:
+        is_told = self._options.signals
+        return sum(o.verb == verb and (o.signal != signal.SIGKILL) == is_told for o in self.rounds)
+
+    def _play(self, trial: Trial, number: int) -> None:
+        if trial.verb not in self._whole_s:
+            self._whole_s[trial.verb] = timed(trial)
+        seed, whole_s = self._options.seed, self._whole_s[trial.verb]
+        self.rounds.append(play(trial, number, seed, whole_s, is_told=self._options.signals))
+        if self._options.record is not None:
+            with self._options.record.open("a") as file:
+                file.write(json.dumps({"seed": seed, **asdict(self.rounds[-1])}) + "\n")
 
 
 def main() -> int:
@@ -122,19 +139,13 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--verb", action="append", choices=sorted(VERBS), help="only these")
     parser.add_argument("--signals", action="store_true", help="tell it to end, do not kill it")
+    parser.add_argument("--minutes", type=float, default=1e6, help="begin no round after these")
     parser.add_argument("--database", help="migrate: a server; default: another SQLite file")
     parser.add_argument("--record", type=Path, help="file of JSON lines, continued")
     options = parser.parse_args()
-    rounds = _recorded(options.record, options.seed)
-
-    def keep(one: Round) -> None:
-        if options.record is not None:
-            with options.record.open("a") as file:
-                file.write(json.dumps({"seed": options.seed, **asdict(one)}) + "\n")
-
-    for verb in options.verb or sorted(VERBS):
-        campaign(VERBS[verb](options.database), options, rounds, keep)
-    return _told(rounds, options.seed)
+    campaign = Campaign(options)
+    campaign.play()
+    return _told(campaign.rounds, options.seed)
 
 
 def _recorded(record: Path | None, seed: int) -> list[Round]:
