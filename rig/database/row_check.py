@@ -6,9 +6,12 @@ driver gives them, and each is held to the column that it stands in.
 
 import json
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from datetime import datetime
+from functools import cache
 from pathlib import Path
 from typing import Any, cast, get_args
 
@@ -29,6 +32,7 @@ _WORDS = {
     ("stops", "role"): get_args(Role),
     ("stops", "direction"): get_args(Direction),
 }
+_NO_TEXT = re.compile("[\ud800-\udfff]")
 _LONGEST = 60
 """Letters of a value that a message shows."""
 
@@ -61,10 +65,10 @@ def raw_rows(session: Session, table: Table) -> Iterator[RawRow]:
 
 def problem(table: Table, row: RawRow) -> str:
     """Say what is wrong with the values of a row; empty where nothing is."""
-    for column in table.columns:
-        found = _cell_problem(table, column, row.get(column.name))
+    for cell in _cells(table):
+        found = _cell_problem(cell, row.get(cell.name))
         if found:
-            return f"{column.name}: {found}"
+            return f"{cell.name}: {found}"
     return ""
 
 
@@ -73,21 +77,47 @@ def key_of(table: Table, row: RawRow) -> str:
     return " ".join(_shown(row.get(column.name)) for column in table.primary_key.columns)
 
 
-def _cell_problem(table: Table, column: Column[Any], value: object) -> str:
+@dataclass(frozen=True, slots=True)
+class _Cell:
+    """What may stand in one column."""
+
+    name: str
+    may_be_empty: bool
+    is_good: Callable[[object], bool]
+    wanted: str
+    words: tuple[str, ...]
+    is_folder: bool
+    is_details: bool
+
+
+@cache
+def _cells(table: Table) -> tuple[_Cell, ...]:
+    return tuple(
+        _Cell(
+            column.name,
+            bool(column.nullable),
+            *_wanted(column),
+            words=_WORDS.get((table.name, column.name), ()),
+            is_folder=column.name == "folder",
+            is_details=(table.name, column.name) == ("measurements", "details"),
+        )
+        for column in table.columns
+    )
+
+
+def _cell_problem(cell: _Cell, value: object) -> str:
     if value is None:
-        return "" if column.nullable else "nothing is there"
-    if isinstance(value, str) and any("\ud800" <= letter <= "\udfff" for letter in value):
+        return "" if cell.may_be_empty else "nothing is there"
+    if isinstance(value, str) and _NO_TEXT.search(value):
         return f"{_shown(value)} is no text"
-    is_good, wanted = _wanted(column)
-    if not is_good(value):
-        return f"{_shown(value)}, wanted is {wanted}"
-    words = _WORDS.get((table.name, column.name), ())
-    if words and value not in words:
-        return f"{_shown(value)}, wanted is one of {', '.join(words)}"
+    if not cell.is_good(value):
+        return f"{_shown(value)}, wanted is {cell.wanted}"
+    if cell.words and value not in cell.words:
+        return f"{_shown(value)}, wanted is one of {', '.join(cell.words)}"
     try:
-        if column.name == "folder":
+        if cell.is_folder:
             below(Path(), cast("str", value))
-        if (table.name, column.name) == ("measurements", "details"):
+        if cell.is_details:
             read_details(json.loads(cast("str", value)))
     except RigError as error:
         return error.found

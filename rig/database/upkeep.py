@@ -55,7 +55,7 @@ class UpkeepShelf(LeaseShelf):
                 if sweep_lease(number) in at_work
             }
             rows = queries.history_rows(session, by_sweep, good["sweeps"], good["curves"])
-            missing = _missing(_sample_files(session), frames)
+            missing = _missing(_sample_places(session), frames)
             kept = select(CalibrationRow).where(CalibrationRow.id.in_(good["calibrations"]))
             calibrations = session.scalars(kept.order_by(CalibrationRow.id)).all()
             return History(
@@ -73,6 +73,11 @@ class UpkeepShelf(LeaseShelf):
         """Return which files all samples should have, of rows that can be read."""
         with self._reading("list the frames") as session:
             return tuple(_sample_files(session))
+
+    def sample_places(self) -> tuple[SampleFiles, ...]:
+        """Return the same without the files: much quicker."""
+        with self._reading("list the samples") as session:
+            return tuple(_sample_places(session))
 
     def sweep_folders(self) -> dict[str, int]:
         """Return the number of the sweep of every folder below the root of all frames."""
@@ -198,12 +203,16 @@ def _sample_files(session: Session) -> Iterator[SampleFiles]:
     for row in good:
         frames.setdefault(row["sample_id"], {})[f"{row['view']}.png"] = str(row["sha256"])
     for row in _good_rows(session, "samples"):
-        yield SampleFiles(
-            cast("int", row["sweep_id"]),
-            str(row["folder"]),
-            row["pruned_at"] is not None,
-            frames.get(row["id"], {}),
-        )
+        yield _with_files(row, frames.get(row["id"], {}))
+
+
+def _sample_places(session: Session) -> Iterator[SampleFiles]:
+    return (_with_files(row, {}) for row in _good_rows(session, "samples"))
+
+
+def _with_files(row: row_check.RawRow, sha256: Mapping[str, str]) -> SampleFiles:
+    is_pruned = row["pruned_at"] is not None
+    return SampleFiles(cast("int", row["sweep_id"]), str(row["folder"]), is_pruned, sha256)
 
 
 def _good_rows(session: Session, name: str) -> Iterator[row_check.RawRow]:

@@ -64,7 +64,7 @@ def prunable(store: "Store", request: PruneRequest) -> tuple[Prunable, ...]:
         request: whose.
     """
     folders: dict[int, list[Path]] = {}
-    for sample in store.sample_files():
+    for sample in store.sample_places():
         if not sample.is_pruned:
             folders.setdefault(sample.sweep_id, []).append(store.frames / sample.folder)
     found: list[Prunable] = []
@@ -127,7 +127,7 @@ def _is_meant(row: "HistoryRow", verdict: Verdict, request: PruneRequest) -> boo
 
 
 def _remove(store: "Store", sweep_id: int) -> None:
-    for sample in store.sample_files():
+    for sample in store.sample_places():
         if sample.sweep_id != sweep_id or not sample.is_pruned:
             continue
         folder = store.frames / sample.folder

@@ -222,7 +222,7 @@ def _still_so(store: "Store", findings: list[Finding]) -> Iterator[Finding]:
     if not any(finding.kind in doubtful for finding in findings):
         yield from findings
         return
-    pruned = {sample.folder for sample in store.sample_files() if sample.is_pruned}
+    pruned = {sample.folder for sample in store.sample_places() if sample.is_pruned}
     again = set(layout_findings(store))
     for finding in findings:
         if finding.kind == "missing":

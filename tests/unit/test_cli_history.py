@@ -5,12 +5,12 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
 
-from rig.cli.history import next_step
+from rig.cli.history import Wanted, next_step
 from rig.database import Store, open_store
 from rig.records import HistoryRow, Provenance, State
 from tests.support.command import Command
@@ -82,30 +82,33 @@ def bench(tmp_path: Path) -> Iterator[Store]:
         yield store
 
 
-@pytest.mark.parametrize(
-    ("options", "sweeps", "calibrations"),
-    [
-        ((), [1, 2, 3], 1),
-        (("--rig", "desk"), [3], 0),
-        (("--rig", "bench"), [1, 2], 1),
-        (("--unit", "B2"), [3], 0),
-        (("--unit", ""), [1, 2], 1),
-        (("--tag", "cold"), [3], 0),
-        (("--failed",), [3], 0),
-        (("--failed", "--rig", "bench"), [], 0),
-        (("--since", "1d"), [1, 2, 3], 1),
-        (("--since", "0d"), [], 0),
-        (("--since", "2026-01-01"), [1, 2, 3], 1),
-        (("--since", "2999-01-01T00:00+02:00"), [], 0),
-    ],
-)
-def test_runs_are_chosen(
-    rig: Command, bench: Store, options: tuple[str, ...], sweeps: list[int], calibrations: int
-):
+def test_runs_are_chosen(bench: Store):
+    found = bench.history(bench.frames)
+    began_at = found.sweeps[2].started_at
+    for wanted, sweeps, calibrations in (
+        (Wanted(), [1, 2, 3], 1),
+        (Wanted(rig="desk"), [3], 0),
+        (Wanted(rig="bench"), [1, 2], 1),
+        (Wanted(unit="B2"), [3], 0),
+        (Wanted(unit=""), [1, 2], 1),
+        (Wanted(tag="cold"), [3], 0),
+        (Wanted(is_failed=True), [3], 0),
+        (Wanted(rig="bench", is_failed=True), [], 0),
+        (Wanted(since=found.sweeps[0].started_at), [1, 2, 3], 0),
+        (Wanted(since=began_at), [3], 0),
+        (Wanted(since=began_at + timedelta(microseconds=1)), [], 0),
+    ):
+        assert [row.id for row in found.sweeps if wanted.has_sweep(row)] == sweeps, wanted
+        kept = [row for row in found.calibrations if wanted.has_calibration(row)]
+        assert len(kept) == calibrations, wanted
+
+
+def test_every_choice_is_an_option(rig: Command, bench: Store):
+    words = ("--rig", "desk", "--unit", "B2", "--tag", "cold", "--since", "1d", "--failed")
     assert bench.exists
-    found = rig("history", "--json", *options).json
-    assert [row["sweep"] for row in found["sweeps"]] == sweeps
-    assert len(found["calibrations"]) == calibrations
+    assert [row["sweep"] for row in rig("history", "--json", *words).json["sweeps"]] == [3]
+    since = ("--since", "2999-01-01T00:00+02:00")
+    assert rig("history", "--json", *since).json["sweeps"] == []
 
 
 def test_a_curve_that_missed_a_gate_counts_as_failed(rig: Command, bench: Store):

@@ -59,6 +59,7 @@ def test_a_backup_comes_back_as_it_was(tmp_path: Path):
     assert sorted(p.name for p in (tmp_path / "c").iterdir()) == ["frames", "rig.sqlite"]
 
 
+@pytest.mark.slow
 def test_a_second_backup_copies_what_is_new_only(tmp_path: Path):
     told: list[str] = []
     with kept_store(tmp_path / "a") as store:
@@ -111,6 +112,7 @@ def test_what_is_damaged_is_told_and_the_rest_copied(tmp_path: Path):
     assert made.files == 2 * FILES - 2
 
 
+@pytest.mark.slow
 def test_a_damaged_copy_is_made_anew(tmp_path: Path):
     with kept_store(tmp_path / "a") as store:
         back_up(store, tmp_path / "b")
@@ -121,6 +123,7 @@ def test_a_damaged_copy_is_made_anew(tmp_path: Path):
         assert copy.read_bytes() == image.read_bytes()
 
 
+@pytest.mark.slow
 def test_a_backup_goes_into_an_empty_folder_or_its_own(tmp_path: Path):
     with kept_store(tmp_path / "a") as store, kept_store(tmp_path / "other") as other:
         back_up(store, tmp_path / "b")
@@ -142,6 +145,7 @@ def test_a_backup_goes_into_an_empty_folder_or_its_own(tmp_path: Path):
             back_up(third, tmp_path / "d")
 
 
+@pytest.mark.slow
 def test_an_unfinished_or_damaged_backup_is_not_restored(tmp_path: Path):
     target = locate(sqlite_url(tmp_path / "c"), {})
     with pytest.raises(StoreError, match="asked to restore a backup, found none"):

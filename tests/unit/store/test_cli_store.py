@@ -8,6 +8,7 @@ from tests.support.command import Command
 from tests.support.kept_stores import CONCLUDED, FILES, SAMPLES, TAKEN, kept_store, sample_place
 
 
+@pytest.mark.slow
 def test_a_day_of_an_operator(rig: Command, tmp_path: Path):
     with kept_store(tmp_path / "bench") as store:
         folder = sample_place(store, TAKEN)

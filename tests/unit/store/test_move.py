@@ -45,6 +45,7 @@ def test_what_no_row_knows_stays_and_damage_comes_along(tmp_path: Path):
     assert [path for path in (tmp_path / "a").rglob("*") if path.is_file()] == list(done.left)
 
 
+@pytest.mark.slow
 def test_a_move_that_was_cut_short_goes_on(tmp_path: Path):
     def cut(count: int, _: str) -> None:
         if count == 4:
@@ -116,6 +117,7 @@ def test_all_rows_migrate_and_the_old_ones_stay(tmp_path: Path):
         assert new_sweep(copy) == 3
 
 
+@pytest.mark.slow
 def test_frames_come_along_where_that_is_asked(tmp_path: Path):
     with kept_store(tmp_path / "a") as store:
         there = locate(sqlite_url(tmp_path / "b"), {})
@@ -150,6 +152,7 @@ def test_a_migration_that_was_cut_short_leaves_no_row(
         assert sum(migrate(store, there).rows.values()) == 34
 
 
+@pytest.mark.slow
 def test_rows_that_come_back_otherwise_are_not_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

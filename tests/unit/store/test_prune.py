@@ -69,6 +69,7 @@ def test_images_go_and_numbers_stay(tmp_path: Path):
             store.load(store.samples(CONCLUDED)[0])
 
 
+@pytest.mark.slow
 def test_what_was_pruned_is_not_gone_on_with(tmp_path: Path):
     with bench(tmp_path) as store:
         prune(store, prunable(store, PruneRequest(verdict="failed")))
@@ -89,6 +90,7 @@ def test_a_sweep_at_work_keeps_its_images(tmp_path: Path):
         assert sample_place(store, CONCLUDED).is_dir()
 
 
+@pytest.mark.slow
 def test_two_do_not_prune_at_once(tmp_path: Path):
     with bench(tmp_path) as store, open_store(sqlite_url(tmp_path)) as other:
         with (

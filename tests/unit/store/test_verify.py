@@ -160,6 +160,7 @@ def test_repair_leaves_alone_what_a_living_program_owns(tmp_path: Path):
         assert kinds(store) == {"half-written": 2, "orphan": 1, "unknown": 1}
 
 
+@pytest.mark.slow
 def test_two_do_not_repair_at_once(tmp_path: Path):
     with kept_store(tmp_path) as store, open_store(sqlite_url(tmp_path)) as other:
         litter(store)
@@ -195,6 +196,7 @@ def test_leases_of_ended_programs_are_cleared(tmp_path: Path):
         assert verify(store).findings == ()
 
 
+@pytest.mark.slow
 def test_albums_are_verified_by_their_lists(tmp_path: Path):
     with kept_store(tmp_path) as store:
         album = Album.new(store.frames, load_profile("sim"))
