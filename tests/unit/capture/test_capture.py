@@ -233,6 +233,19 @@ def test_the_folder_shows_its_last_frame(tmp_path: Path):
     assert [path.name for path in (tmp_path / "none").iterdir()] == ["frames.jsonl"]
 
 
+def test_the_folder_knows_who_captured_it_and_with_what(tmp_path: Path):
+    camera, _ = tiny_rig()
+    wanted = CaptureRequest(1, None, tmp_path / "out", note="cold", tags=("night",))
+    with camera:
+        capture_depth(camera, wanted, lambda *_: None)
+        serial = camera.identity["serial"]
+    made = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert (made["note"], made["tags"], made["unit"]) == ("cold", ["night"], "")
+    assert made["devices"]["camera"]["serial"] == serial
+    assert made["profile"]["name"] == made["rig"] == camera.run.profile.name
+    assert {"user", "host", "command", "versions"} <= set(made)
+
+
 SLOPES = (
     "sim",
     "--slopes-only",
