@@ -19,7 +19,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -76,7 +76,7 @@ def _way_out(ended: Ended) -> list[str]:
 
 
 @contextmanager
-def workplace() -> Iterator[Path]:
+def workplace() -> Generator[Path]:
     """Give a folder of its own, and the environment that goes with it."""
     folder = Path(tempfile.mkdtemp(prefix="rig-kill-"))
     os.environ.pop("RIG_FRAMES", None)

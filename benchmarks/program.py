@@ -3,6 +3,7 @@
 Only modules are read before the fork: no thread and no device is there yet.
 """
 
+import importlib
 import os
 import select
 import signal
@@ -13,21 +14,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import rig.calibrate.calibrate
-import rig.capture.on_rig
-import rig.cli.verbs
-import rig.report.page
-import rig.store.backup
-import rig.store.migrate
-import rig.store.repair
-import rig.sweep.measure_again
-import rig.sweep.sweep  # noqa: F401  (all of them: what verbs import, read before any fork)
 from rig.calibrate.album import Album
 from rig.cli import main
 from rig.database import Store
 from tests.support.signalled import watched_carriages, way_they_go
 
 _PATIENCE_S = 240.0
+for _module in (
+    "calibrate.calibrate", "capture.on_rig", "cli.verbs", "report.page", "store.backup",
+    "store.migrate", "store.repair", "sweep.measure_again", "sweep.sweep",
+):  # what verbs import, read before any fork  # fmt: skip
+    importlib.import_module(f"rig.{_module}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -213,8 +213,8 @@ def provenance_value(column: Json) -> Provenance:
 
 def provenance_json(provenance: Provenance) -> dict[str, object]:
     """Return the column that `provenance_value` reads; what is unknown is left out."""
-    known = {name: value for name, value in asdict(provenance).items() if value}
-    return known | ({"tags": list(provenance.tags)} if provenance.tags else {})
+    content: dict[str, object] = {**asdict(provenance), "tags": list(provenance.tags)}
+    return {name: value for name, value in content.items() if value}
 
 
 def below(frames: Path, folder: str) -> Path:

@@ -55,9 +55,9 @@ def copy_rows(source: Connection, target: Connection, name: str) -> dict[str, in
         StoreError: the target is not empty, or a row came back otherwise than it was.
     """
     if not is_empty(target):
-        counts = ", ".join(f"{_count(target, table)} {table.name}" for table in TABLES)
+        found = ", ".join(f"{_count(target, table)} {table.name}" for table in TABLES)
         raise StoreError(
-            f"{name}: asked to copy into an empty database, found {counts}",
+            f"{name}: asked to copy into an empty database, found {found}",
             advice="name one that is not there yet",
         )
     for table in TABLES:

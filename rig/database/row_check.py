@@ -7,7 +7,7 @@ driver gives them, and each is held to the column that it stands in.
 import json
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime
@@ -198,7 +198,7 @@ def _lost(
 
 
 @contextmanager
-def _undecoded(session: Session) -> Iterator[None]:
+def _undecoded(session: Session) -> Generator[None]:
     """Let SQLite hand over texts that are none: one of them must not end the table."""
     connection: Any = session.connection().connection.driver_connection
     if session.get_bind().dialect.name != "sqlite":
