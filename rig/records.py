@@ -1,7 +1,7 @@
 """Sweeps, samples, curves and calibrations as they are kept: plain values that know no database."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from typing import Literal
@@ -189,6 +189,10 @@ class HistoryRow:
     unit: str = ""
     note: str = ""
     provenance: Provenance = Provenance()
+    devices: Json = field(default_factory=dict[str, object])
+    """Identity of camera and stage, with their firmware."""
+    versions: Json = field(default_factory=dict[str, object])
+    """Of the software that took it."""
     pruned: int = 0
     """Samples whose images were given up on purpose."""
     is_active: bool = False

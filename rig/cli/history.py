@@ -9,6 +9,7 @@ import typer
 
 from rig.cli.options import AsJson, DatabaseUrl
 from rig.cli.output import show, show_json, table, tell
+from rig.secrets import value_without_secrets
 
 if TYPE_CHECKING:
     from rig.records import History, HistoryRow, Provenance, StoredCalibration
@@ -157,6 +158,8 @@ def _as_dict(
                 "rows_rms_px": row.rows_rms_px,
                 "note": row.note,
                 **_provenance(row.provenance),
+                "devices": value_without_secrets(row.devices),
+                "versions": row.versions,
             }
             for row in sweeps
         ],

@@ -272,6 +272,8 @@ def move_store(
         )
         return
     show(f"database {done.database}, frames {done.frames}: give --db, or set RIG_DATABASE")
+    if os.environ.get("RIG_FRAMES") or not done.database.startswith("sqlite"):
+        show(f"and set RIG_FRAMES={done.frames}")
     for path in done.left[:_MOST_SHOWN]:
         tell(f"rig: {path} was left where it is: no row knows it")
 

@@ -292,6 +292,8 @@ def _history_row(
         unit=row.unit,
         note=row.note,
         provenance=provenance_value(row.provenance),
+        devices=row.devices,
+        versions=row.versions,
         is_active=newest is not None and newest.active,
     )
 

@@ -123,6 +123,9 @@ def test_who_and_with_what_is_listed(rig: Command, bench: Store):
         "unit": "B2", "note": "after the fall", "user": "ada", "host": "bench-2",
         "command": "rig sweep desk", "tags": ["night", "cold"],
     }  # fmt: skip
+    first = rig("history", "--json").json["sweeps"][0]
+    assert first["devices"] == {"camera": {"serial": "A1"}}
+    assert first["versions"] == {"rig": "1.0"}
     line = next(line for line in rig("history").out.splitlines() if "desk" in line)
     assert "after the fall #night #cold" in line
     assert bench.sweep(3).started_at.astimezone().strftime("%Y-%m-%d %H:%M %Z") in line
