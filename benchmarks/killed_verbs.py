@@ -60,7 +60,8 @@ class Trial:
 
     def __init__(self, server: str | None) -> None:
         self.server = server
-        self._wanted: object = None
+        self.wanted = ""
+        """What an undisturbed run leaves, as text."""
 
     def prepare(self, folder: Path) -> None:
         """Put what it begins with into an empty folder."""
@@ -76,7 +77,7 @@ class Trial:
 
     def reference(self, folder: Path) -> None:
         """Keep the result of an undisturbed run."""
-        self._wanted = self.result(folder)
+        self.wanted = repr(self.result(folder))
 
     def broken(self, folder: Path, ended: Ended) -> list[str]:
         """Look what was left, go on to the end, and compare."""
@@ -88,9 +89,9 @@ class Trial:
             again = run_program(words, folder)
         if again.code not in GOOD:
             return [*faults, f"it does not go on: {again.code}, {again.err[-400:]!r}"]
-        found = self.result(folder)
-        if found != self._wanted:
-            faults.append(f"another result: {str(found)[:300]}, wanted {str(self._wanted)[:300]}")
+        found = repr(self.result(folder))
+        if found != self.wanted:
+            faults.append(f"another result: {found[:300]}, wanted {self.wanted[:300]}")
         with open_store(sqlite_url(folder)) as store:
             faults += litter_of(store)
         return faults
