@@ -244,7 +244,7 @@ class CaptureTrial(Trial):
                 continue
             try:
                 for frame in read_capture(source):
-                    _ = frame.depth_mm, frame.slope_px
+                    _ = frame.slope_px if source.is_dir() else frame.views
             except RigError as error:
                 if _EMPTY not in error.found:  # killed before a frame was whole
                     faults.append(f"{source.name} cannot be read: {error}")

@@ -29,6 +29,8 @@ from benchmarks.program import Ended, run_program
 
 QUIET = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 INTERRUPTED = 130
+EARLIEST_S = 0.1
+"""Before this the program may not have taken over its signals yet."""
 LATEST = 1.05
 """Of the time of an undisturbed run; later ones have ended by themselves."""
 
@@ -54,18 +56,20 @@ def play(trial: Trial, number: int, seed: int, whole_s: float, *, is_told: bool)
     with workplace() as folder:
         trial.prepare(folder)
         ended = run_program(trial.words(folder), folder, kill_after_s=after_s, number=kind)
-        broken = _way_out(ended) if is_told else []
+        broken = _way_out(ended, kind, after_s) if is_told else []
         broken += trial.broken(folder, ended)
     return Round(trial.verb, number, kind, after_s, ended.code, tuple(broken))
 
 
-def _way_out(ended: Ended) -> list[str]:
+def _way_out(ended: Ended, number: int, after_s: float) -> list[str]:
     """Look how a verb ended that was told to."""
     faults: list[str] = []
     said = [line for line in ended.err.splitlines() if line.startswith("rig: interrupted; ")]
     if ended.code == INTERRUPTED:
         if len(said) != 1:
             faults.append(f"{len(said)} lines say that it was interrupted: {ended.err[-300:]!r}")
+    elif ended.code == -number and after_s < EARLIEST_S:
+        pass  # before the first line of the program it is Python that ends
     elif ended.code not in (0, 3):
         faults.append(f"exit code {ended.code}: {ended.err[-300:]!r}")
     if "Traceback" in ended.err:

@@ -1,6 +1,7 @@
 """A calibration with its effects: devices, pictures on disk, database and report."""
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -139,9 +140,10 @@ def _store(
 ) -> CalibrationResult:
     profile, verdict = collection.profile, calibration.verdict
     reference = calibration.geometry.cameras[calibration.geometry.reference]
-    number = store.save_calibration(
+    geometry = geometry_to_json(calibration.geometry)
+    number = _stored_before(store, profile, album, geometry) or store.save_calibration(
         rig=profile.name,
-        geometry=geometry_to_json(calibration.geometry),
+        geometry=geometry,
         quality={
             **quality_of(calibration),
             "verdict": str(verdict),
@@ -177,6 +179,21 @@ def _store(
     return CalibrationResult(
         number, profile.name, calibration, collection.tally, store.database, file, Path(page)
     )
+
+
+def _stored_before(
+    store: Store, profile: Profile, album: Album, geometry: Mapping[str, object]
+) -> int | None:
+    """Return the calibration of a program that was ended before its album said so.
+
+    The same pictures give the same numbers, to the last digit.
+    """
+    text = json.dumps(geometry, sort_keys=True)
+    for stored in store.calibrations(profile.name):
+        is_of_album = stored.quality.get("folder") == str(album.folder)
+        if is_of_album and json.dumps(stored.geometry, sort_keys=True) == text:
+            return stored.id
+    return None
 
 
 def _images(

@@ -144,6 +144,7 @@ def capture(
     if summary.failure is not None:
         raise summary.failure
     if summary.is_interrupted:
+        tell(f"rig: interrupted; {_saved(summary)}")
         raise typer.Exit(130)
     if summary.failed_gate is not None:
         tell(f"rig: quality gate missed: {summary.failed_gate}")
@@ -178,6 +179,13 @@ def _as_dict(summary: "CaptureSummary") -> dict[str, object]:
         "time_ns": summary.time_ns,
         "out": None if summary.folder is None else str(summary.folder),
     }
+
+
+def _saved(summary: "CaptureSummary") -> str:
+    """Say what an interrupted capture has left."""
+    kept = [f"{output.written} by {output.name}" for output in summary.outputs if output.is_kept]
+    where = f", kept {' and '.join(kept)}" if kept else ""
+    return f"{summary.frames} multi-views were measured{where}"
 
 
 def _in_ms(spread: "Spread") -> dict[str, float]:
