@@ -19,7 +19,10 @@ from rig.store.verify import verify
 from tests.support.small_sim import as_options
 from tests.support.stores import sqlite_url
 
-PLAN = ("--set", "sweep.holdout_every=0", "--set", "sweep.backward_every=0")
+PLAN = ("--set", "sweep.holdout_every=0", "--set", "sweep.backward_every=0",
+        # A resumed sweep grabs more often: with noise its pictures would be others.
+        "--set", "world.sensor.electrons_per_level=1e12",
+        "--set", "world.sensor.read_noise_levels=0")  # fmt: skip
 STOPS = ("--at-mm", "400,500,650,900,1200", "--samples", "1")
 FRAMES = 4
 PICTURES = 6
