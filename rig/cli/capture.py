@@ -144,7 +144,7 @@ def capture(
     if summary.failure is not None:
         raise summary.failure
     if summary.is_interrupted:
-        tell(f"rig: interrupted; {_saved(summary)}")
+        tell(f"rig: interrupted; {saved(summary)}")
         raise typer.Exit(130)
     if summary.failed_gate is not None:
         tell(f"rig: quality gate missed: {summary.failed_gate}")
@@ -181,7 +181,7 @@ def _as_dict(summary: "CaptureSummary") -> dict[str, object]:
     }
 
 
-def _saved(summary: "CaptureSummary") -> str:
+def saved(summary: "CaptureSummary") -> str:
     """Say what an interrupted capture has left."""
     kept = [f"{output.written} by {output.name}" for output in summary.outputs if output.is_kept]
     where = f", kept {' and '.join(kept)}" if kept else ""

@@ -14,6 +14,7 @@ from rig.capture.folder import CaptureFolder
 from rig.capture.on_rig import capture_on_rig
 from rig.capture.output import WantedOutput
 from rig.capture.picture import write_picture
+from rig.cli.capture import saved
 from rig.database import open_store
 from rig.devices import SystemClock
 from rig.errors import DeviceLostError, RigError, StoreError
@@ -153,6 +154,7 @@ def test_ctrl_c_finishes_and_closes_what_was_taken():
         summary = capture_depth(camera, request(output, count=None), progress)
     assert summary.is_interrupted
     assert (output.taken, output.closed, summary.frames) == ([0, 1, 2], 1, 3)
+    assert saved(summary) == "3 multi-views were measured, kept 3 by files"
 
 
 class InterruptsAtTheEnd(ScriptedOutput):
