@@ -55,6 +55,16 @@ def make_folder(folder: Path, mode: int) -> None:
         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(folder))
 
 
+def sync_file(file: Path) -> None:
+    """Make what was written into a file survive a power cut.
+
+    Raises:
+        OSError: the file is gone, or the disk fails.
+    """
+    with file.open("r+b") as opened:
+        os.fsync(opened.fileno())
+
+
 def sync_folder(folder: Path) -> None:
     """Make names in a folder survive a power cut; Windows has no such call and needs none.
 

@@ -1,7 +1,7 @@
 """Sweeps, samples, curves and calibrations as they are kept: plain values that know no database."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from typing import Literal
@@ -16,6 +16,18 @@ Json = Mapping[str, object]
 """What becomes one JSON object: text keys, finite numbers."""
 SampleKey = tuple[int, int]
 """Stop index and sample number within a sweep."""
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Who made something, and how; empty where nobody wrote it down."""
+
+    user: str = ""
+    host: str = ""
+    command: str = ""
+    """The command line, without secrets."""
+    tags: tuple[str, ...] = ()
+    """Words of the user to find it again by."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +56,9 @@ class Sweep:
     note: str
     calibration_id: int | None = None
     """Geometric calibration that its slopes are measured with; None for pictures as they are."""
+    unit: str = ""
+    """Which of the rigs of this name: see `rig.unit`; empty where nobody knows."""
+    provenance: Provenance = Provenance()
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +95,8 @@ class Sample:
     """Holds one PNG per view."""
     frames: tuple[StoredFrame, ...]
     """In the camera's order."""
+    pruned_at: datetime | None = None
+    """UTC, when its images were given up on purpose; what was measured in them stays."""
 
     @property
     def key(self) -> SampleKey:
@@ -114,6 +131,9 @@ class StoredCurve:
     row_errors: Json | None = None
     """What the rows of the views missed by in its sweep (`rig.epipolar.mending.row_errors`); None
     where nobody looked: its slopes may be those of rows that do not meet."""
+    unit: str = ""
+    """Which of the rigs of this name; empty where nobody knows."""
+    provenance: Provenance = Provenance()
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +159,10 @@ class StoredCalibration:
     """Width and height of the pictures."""
     active: bool
     """Whether sweeps and captures take it by themselves."""
+    unit: str = ""
+    """Which of the rigs of this name; empty where nobody knows."""
+    note: str = ""
+    provenance: Provenance = Provenance()
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,3 +186,35 @@ class HistoryRow:
     """By how much the rows of its worst view missed, rms; None where nobody looked."""
     at_work: str | None = None
     """The program that works on it; None where none does."""
+    unit: str = ""
+    note: str = ""
+    provenance: Provenance = Provenance()
+    devices: Json = field(default_factory=dict[str, object])
+    """Identity of camera and stage, with their firmware."""
+    versions: Json = field(default_factory=dict[str, object])
+    """Of the software that took it."""
+    pruned: int = 0
+    """Samples whose images were given up on purpose."""
+    is_active: bool = False
+    """Whether captures may pick its newest curve."""
+    missing: int = 0
+    """Samples whose images should be on the disk, and are not."""
+
+
+@dataclass(frozen=True, slots=True)
+class DamagedRow:
+    """A row that cannot be read."""
+
+    table: str
+    number: str
+    """Its key, as far as that can be read."""
+    found: str
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """What is stored, as far as it can be read."""
+
+    sweeps: tuple[HistoryRow, ...]
+    calibrations: tuple[StoredCalibration, ...]
+    damaged: tuple[DamagedRow, ...]

@@ -15,6 +15,7 @@ from rig.optics.prior import FACTORY
 from rig.optics.search_range import search_range_px
 from rig.profile import Profile
 from rig.records import StoredCalibration
+from rig.unit import unit_of
 
 _TOLD_AT_MM = 1000.0
 _K = 2.0
@@ -40,6 +41,8 @@ class RunCurve:
     """Rms error of the board's plane at the distances that its fit has not seen; None without."""
     camera: Mapping[str, object] = field(default_factory=dict[str, object], compare=False)
     """Identity of the camera that it was made with; empty where nothing is stored of it."""
+    unit: str = ""
+    """Which of the rigs of this name it was measured with; empty where nobody knows."""
 
     @property
     def title(self) -> str:
@@ -134,6 +137,27 @@ class Run:
     """What the optics come from; None for pictures as they are, or a device's own calibration."""
     awaits: Literal["slopes", "depth"] | None = None
     """What only the device's own calibration may tell, once it is open: see `completed_run`."""
+    by_itself: tuple[tuple[str, str], ...] = ()
+    """What it took that nobody named, as `curve 3`, each with the unit that it is of."""
+
+    def require_unit(self, identity: Mapping[str, str]) -> None:
+        """Refuse what was measured with another rig of the same name.
+
+        Args:
+            identity: what the open camera says of itself.
+
+        Raises:
+            CurveError: a curve or a calibration that was taken by itself is of another unit.
+        """
+        here = unit_of(self.profile, identity)
+        for what, unit in self.by_itself:
+            if here and unit and unit != here:
+                kind, _, number = what.partition(" ")
+                raise CurveError(
+                    f"{what} of rig {self.profile.name} is of unit {unit}, this one is {here}",
+                    advice=f'write unit = "{here}" into the profile, so that only its own are '
+                    f"taken, or take this one on purpose with --{kind} {number}",
+                )
 
     @property
     def range_px(self) -> tuple[float, float]:

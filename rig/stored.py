@@ -85,8 +85,10 @@ def open_run(
         StoreError: there is no such calibration, or no such curve; or neither of them, and the
             profile's camera holds none of its own.
     """
-    run = _run(profile, _chosen_calibration(store, profile.name, calibration))
-    is_first = curve == "newest" and not store.has_curve(profile.name)
+    run = _run(profile, _chosen_calibration(store, profile, calibration))
+    if calibration is None and run.calibration is not None:
+        run = replace(run, by_itself=((f"calibration {run.calibration.id}", run.calibration.unit),))
+    is_first = curve == "newest" and not store.has_curve(profile.name, profile.unit)
     if run.calibration is None and calibration is None and profile.camera.may_hold_calibration:
         if is_first:
             return replace(run, awaits="depth")
@@ -98,6 +100,8 @@ def open_run(
         found = curve_alone(run)
     else:
         found = find_curve(store, run, None if curve == "newest" else curve)
+        if curve == "newest":
+            run = replace(run, by_itself=(*run.by_itself, (found.title, found.unit)))
     return replace(run, curve=found.within(profile))
 
 
@@ -137,7 +141,8 @@ def find_curve(store: "Store", run: Run, curve_id: int | None = None) -> RunCurv
             calibration.
         StoreError: there is none.
     """
-    stored = store.active_curve(run.profile.name) if curve_id is None else store.curve(curve_id)
+    name, unit = run.profile.name, run.profile.unit
+    stored = store.active_curve(name, unit) if curve_id is None else store.curve(curve_id)
     sweep = store.sweep(stored.sweep_id)
     require_matching(run, stored_profile(sweep), stored)
     rows = None if stored.row_errors is None else ROW_ERRORS_JSON.from_json(stored.row_errors)
@@ -149,6 +154,7 @@ def find_curve(store: "Store", run: Run, curve_id: int | None = None) -> RunCurv
         rows,
         holdout_rms_mm=rms_mm if isinstance(rms_mm, float) else None,
         camera=camera_identity(sweep),
+        unit=stored.unit,
     )
 
 
@@ -190,7 +196,7 @@ def newer_curve(store: "Store", run: Run, curve: CurveChoice) -> int | None:
     if curve != "newest":
         return None
     try:
-        newest = store.active_curve(run.profile.name).id
+        newest = store.active_curve(run.profile.name, run.profile.unit).id
     except StoreError:  # it was taken away
         return None
     return None if run.curve is not None and run.curve.id == newest else newest
@@ -257,9 +263,11 @@ def _run(profile: Profile, calibration: StoredCalibration | None) -> Run:
     return Run(profile, optics_of(profile, calibration), None, calibration)
 
 
-def _chosen_calibration(store: "Store", rig: str, choice: str | None) -> StoredCalibration | None:
+def _chosen_calibration(
+    store: "Store", profile: Profile, choice: str | None
+) -> StoredCalibration | None:
     if choice is None:
-        return store.active_calibration(rig)
+        return store.active_calibration(profile.name, profile.unit)
     if choice == NO_CALIBRATION:
         return None
     if not choice.isdigit():

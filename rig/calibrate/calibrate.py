@@ -1,10 +1,12 @@
 """A calibration with its effects: devices, pictures on disk, database and report."""
 
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import cast
 
 from rig.calibrate.album import SOLVED, Album
 from rig.calibrate.collection import Collection
@@ -12,7 +14,7 @@ from rig.calibrate.conclude import CalibrationResult, quality_of
 from rig.calibrate.pictures import Picture, recorded_pictures
 from rig.calibrate.solve import SolveChoices
 from rig.calibrate.take import Operator, read_album, read_stored, take_in_hand, take_on_stage
-from rig.database import Store, software_versions
+from rig.database import Store, software_versions, this_program
 from rig.errors import ConfigError, StoreError
 from rig.frames import GreyImage
 from rig.geometry.bundle import Calibration
@@ -24,6 +26,7 @@ from rig.profile import Profile
 from rig.report.calibration.shown import ShownCalibration
 from rig.report.write import write_calibration_page
 from rig.sweep.request import sweep_setup
+from rig.unit import unit_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +41,10 @@ class CalibrateRequest:
     """Whether the stage first carries the target through known positions."""
     resume: bool = False
     """Whether to go on with the newest unfinished calibration of the rig."""
+    note: str = ""
+    """Free text of the user."""
+    tags: tuple[str, ...] = ()
+    """Words to find it again by."""
 
 
 def run_calibration(
@@ -115,17 +122,28 @@ def _solve_and_store(
     operator: Operator,
 ) -> CalibrationResult:
     operator.progress(len(collection.sightings), "solving")
-    return _store(collection, collection.solved(request.choices), album, store)
+    return _store(collection, collection.solved(request.choices), request, album, store)
+
+
+def _unit(collection: Collection) -> str:
+    camera = collection.devices.get("camera")
+    identity = cast("dict[str, str]", camera) if isinstance(camera, dict) else {}
+    return unit_of(collection.profile, identity)
 
 
 def _store(
-    collection: Collection, calibration: Calibration, album: Album, store: Store
+    collection: Collection,
+    calibration: Calibration,
+    request: CalibrateRequest,
+    album: Album,
+    store: Store,
 ) -> CalibrationResult:
     profile, verdict = collection.profile, calibration.verdict
     reference = calibration.geometry.cameras[calibration.geometry.reference]
-    number = store.save_calibration(
+    geometry = geometry_to_json(calibration.geometry)
+    number = _stored_before(store, profile, album, geometry) or store.save_calibration(
         rig=profile.name,
-        geometry=geometry_to_json(calibration.geometry),
+        geometry=geometry,
         quality={
             **quality_of(calibration),
             "verdict": str(verdict),
@@ -138,6 +156,9 @@ def _store(
         temperature_degc=collection.temperature_degc,
         image_size_px=(reference.width_px, reference.height_px),
         active=verdict.good,
+        unit=_unit(collection),
+        note=request.note,
+        provenance=this_program(request.tags),
     )
     shown = ShownCalibration(
         profile.name,
@@ -147,6 +168,9 @@ def _store(
             "calibration": number,
             "taken": datetime.now(UTC).isoformat(timespec="seconds"),
             "temperature": collection.temperature_degc,
+            "unit": _unit(collection) or "not known",
+            **({"note": request.note} if request.note else {}),
+            "command": this_program().command,
             **collection.devices,
         },
     )
@@ -155,6 +179,21 @@ def _store(
     return CalibrationResult(
         number, profile.name, calibration, collection.tally, store.database, file, Path(page)
     )
+
+
+def _stored_before(
+    store: Store, profile: Profile, album: Album, geometry: Mapping[str, object]
+) -> int | None:
+    """Return the calibration of a program that was ended before its album said so.
+
+    The same pictures give the same numbers, to the last digit.
+    """
+    text = json.dumps(geometry, sort_keys=True)
+    for stored in store.calibrations(profile.name):
+        is_of_album = stored.quality.get("folder") == str(album.folder)
+        if is_of_album and json.dumps(stored.geometry, sort_keys=True) == text:
+            return stored.id
+    return None
 
 
 def _images(

@@ -4,7 +4,7 @@ import math
 import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, closing, nullcontext
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from rig.capture.folder import PICTURE, CaptureFolder
@@ -14,13 +14,16 @@ from rig.capture.outputs import Outputs, open_outputs
 from rig.capture.recording import RECORDINGS
 from rig.capture.spread import Spread
 from rig.capture.tally import CaptureTally, in_words
+from rig.database import software_versions, this_program
 from rig.errors import RigError
 from rig.interrupts import Interrupts
 from rig.live.camera import DepthCamera
 from rig.live.frame import DepthFrame
 from rig.profile import Profile
 from rig.progress import Progress, Tell
+from rig.secrets import value_without_secrets
 from rig.stored import RunCurve
+from rig.unit import unit_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +44,10 @@ class CaptureRequest:
     """Whether to record the cloud as well."""
     outputs: tuple[WantedOutput, ...] = ()
     """What else takes the depth: a page, topics, files of other programs."""
+    note: str = ""
+    """Free text of the user."""
+    tags: tuple[str, ...] = ()
+    """Words to find it again by."""
 
     @property
     def ends(self) -> bool:
@@ -177,7 +184,23 @@ def _wanted(request: CaptureRequest) -> Iterator[WantedOutput]:
         )
     yield from request.outputs
     if folder is not None:
-        yield WantedOutput(lambda camera: CaptureFolder(folder, camera.run), is_kept=True)
+        yield WantedOutput(
+            lambda camera: CaptureFolder(folder, camera.run, _made(camera, request)), is_kept=True
+        )
+
+
+def _made(camera: DepthCamera, request: CaptureRequest) -> dict[str, object]:
+    """Return who captures and with what, without secrets."""
+    profile = camera.run.profile
+    return {
+        "rig": profile.name,
+        "unit": unit_of(profile, camera.identity),
+        "note": request.note,
+        **asdict(this_program(request.tags)),
+        "devices": {"camera": dict(camera.identity)},
+        "versions": software_versions(),
+        "profile": value_without_secrets(profile.model_dump(mode="json")),
+    }
 
 
 def _finish(outputs: Outputs, deferral: AbstractContextManager[None]) -> bool:

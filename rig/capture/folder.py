@@ -1,6 +1,7 @@
 """The folder of one capture: maps per multi-view, a line of facts each, and a picture."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 from rig.capture.picture import write_picture
@@ -17,6 +18,7 @@ from rig.live.captured import CAMERA, FACTS
 from rig.live.frame import DepthFrame
 from rig.stored import Run
 
+RUN = "run.json"
 PICTURE = "last_frame.png"
 
 
@@ -26,6 +28,7 @@ class CaptureFolder:
     Args:
         folder: made where it is not there yet.
         run: of the rig that is captured.
+        made: who captured it and with what, for `run.json`; None leaves that file out.
 
     Raises:
         StoreError: the folder cannot be written.
@@ -33,7 +36,7 @@ class CaptureFolder:
 
     name = "files"
 
-    def __init__(self, folder: Path, run: Run) -> None:
+    def __init__(self, folder: Path, run: Run, made: Mapping[str, object] | None = None) -> None:
         self.folder = folder
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -44,6 +47,9 @@ class CaptureFolder:
                 f"capture folder {folder}: cannot be written: {error.strerror}",
                 advice="choose another one with --out",
             ) from error
+        if made is not None:
+            content = json.dumps(made, indent=2, ensure_ascii=False)
+            write_bytes(folder / RUN, f"{content}\n".encode())
         self._run = run
         self._has_camera = False
         self._last: DepthFrame | None = None

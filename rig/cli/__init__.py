@@ -7,6 +7,7 @@ import sys
 def main() -> None:
     """Run the program; our own errors become one line and exit code 1, or 2 for an option's."""
     from rig.cli.way_out import INTERRUPTED, WayOut, interrupted_line
+    from rig.terminal_text import harmless
 
     with WayOut() as way_out:
         try:
@@ -14,7 +15,7 @@ def main() -> None:
                 sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115
             code = _flushed(_run())
         except KeyboardInterrupt as error:
-            sys.stderr.write(f"{interrupted_line(error)}\n")
+            sys.stderr.write(f"{harmless(interrupted_line(error))}\n")
             code = INTERRUPTED
         way_out.code = code
     raise SystemExit(code)
@@ -26,6 +27,7 @@ def _run() -> int:
     from rig.cli.way_out import INTERRUPTED, interrupted_line
     from rig.errors import OptionError, RigError
     from rig.interrupts import received
+    from rig.secrets import without_secrets
 
     try:
         app(prog_name="rig")
@@ -33,7 +35,7 @@ def _run() -> int:
         code = ended.code if isinstance(ended.code, int) else 0
         return INTERRUPTED if received and code == 1 else code
     except RigError as error:
-        text = " ".join(str(error).split())
+        text = " ".join(without_secrets(str(error)).split())
         if received:  # what went wrong on the way out
             tell(f"{interrupted_line(error)}; {text}")
             return INTERRUPTED

@@ -8,7 +8,7 @@ import typer
 
 from rig.cli.calibration_result import calibration_as_dict, calibration_lines
 from rig.cli.next_verb import tell_next
-from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
+from rig.cli.options import AsJson, DatabaseUrl, Note, Overrides, ProfileName, Tags
 from rig.cli.output import show, show_json, tell
 from rig.cli.page_options import View, ViewHost, ViewPort, calibrate_page, page_request
 from rig.cli.words import calibration_numbers
@@ -77,6 +77,8 @@ def calibrate(
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with the newest unfinished one of this rig.")
     ] = False,
+    note: Note = "",
+    tags: Tags = None,
     view: View = False,
     view_host: ViewHost = None,
     view_port: ViewPort = None,
@@ -115,6 +117,8 @@ def calibrate(
             most_pictures=pictures,
             on_stage=stage,
             resume=resume,
+            note=note,
+            tags=tuple(tags or ()),
         )
         with (
             Interrupts() as interrupts,

@@ -20,8 +20,10 @@ from rig.cli.options import (
     CalibrationChoice,
     CurveNumber,
     DatabaseUrl,
+    Note,
     Overrides,
     ProfileName,
+    Tags,
     finite,
 )
 from rig.cli.page_options import View, ViewHost, ViewPort, capture_page, page_request
@@ -88,6 +90,8 @@ def capture(
     view: View = False,
     view_host: ViewHost = None,
     view_port: ViewPort = None,
+    note: Note = "",
+    tags: Tags = None,
     overrides: Overrides = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -127,6 +131,8 @@ def capture(
         recording=record,
         recorded_as=record_as or "foxglove",
         points=points,
+        note=note,
+        tags=tuple(tags or ()),
         outputs=served(serve, serve_host, serve_port, points=points),
     )
     with ProgressLine(frames) as progress:
@@ -139,6 +145,7 @@ def capture(
     if summary.failure is not None:
         raise summary.failure
     if summary.is_interrupted:
+        tell(f"rig: interrupted; {saved(summary)}")
         raise typer.Exit(130)
     if summary.failed_gate is not None:
         tell(f"rig: quality gate missed: {summary.failed_gate}")
@@ -175,6 +182,13 @@ def _as_dict(summary: "CaptureSummary") -> dict[str, object]:
         "time_ns": summary.time_ns,
         "out": None if summary.folder is None else str(summary.folder),
     }
+
+
+def saved(summary: "CaptureSummary") -> str:
+    """Say what an interrupted capture has left."""
+    kept = [f"{output.written} by {output.name}" for output in summary.outputs if output.is_kept]
+    where = f", kept {' and '.join(kept)}" if kept else ""
+    return f"{summary.frames} multi-views were measured{where}"
 
 
 def _in_ms(spread: "Spread") -> dict[str, float]:

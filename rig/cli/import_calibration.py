@@ -7,7 +7,7 @@ import typer
 
 from rig.cli.format_choice import choice_of
 from rig.cli.next_verb import tell_next
-from rig.cli.options import AsJson, DatabaseUrl, Overrides, ProfileName
+from rig.cli.options import AsJson, DatabaseUrl, Note, Overrides, ProfileName, Tags
 from rig.cli.output import show, show_json
 from rig.cli.pairs import pairs
 from rig.export.formats import formats_of
@@ -30,6 +30,8 @@ def import_calibration(
             show_default=False,
         ),
     ] = None,
+    note: Note = "",
+    tags: Tags = None,
     overrides: Overrides = None,
     database: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -40,7 +42,7 @@ def import_calibration(
     without a covariance: how sure its depth is follows from what its source is known for, and
     nothing of it is checked against pictures; `rig calibrate` does both.
     """
-    from rig.database import open_store, software_versions
+    from rig.database import open_store, software_versions, this_program
     from rig.export.geometry_format import geometry_format
     from rig.export.geometry_import import match_views
     from rig.geometry.rig_geometry_json import geometry_to_json
@@ -60,6 +62,9 @@ def import_calibration(
             devices={},
             temperature_degc=None,
             image_size_px=(reference.width_px, reference.height_px),
+            unit=profile.unit,
+            note=note,
+            provenance=this_program(tags or ()),
         )
     if as_json:
         show_json({"calibration": number, "rig": profile.name, "views": list(geometry.names)})

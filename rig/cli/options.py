@@ -118,4 +118,17 @@ CalibrationAgain = Annotated[
         autocompletion=calibration_choices,
     ),
 ]
+Note = Annotated[
+    str,
+    typer.Option("--note", metavar="TEXT", help="Words to be kept with it.", show_default=False),
+]
+Tags = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--tag",
+        metavar="WORD",
+        help="Word to find it again by (`rig history --tag`); may be given again.",
+        show_default=False,
+    ),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]

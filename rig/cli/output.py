@@ -6,15 +6,17 @@ import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
+from rig.terminal_text import harmless, harmless_json, one_line
+
 
 def show(text: str = "") -> None:
     """Print a line of the result."""
-    sys.stdout.write(text + "\n")
+    sys.stdout.write(harmless(text) + "\n")
 
 
 def tell(text: str) -> None:
     """Print a line about the run."""
-    tell_raw(text + "\n")
+    tell_raw(harmless(text) + "\n")
 
 
 def tell_raw(text: str) -> None:
@@ -26,7 +28,7 @@ def tell_raw(text: str) -> None:
 
 def show_json(value: Mapping[str, object]) -> None:
     """Print the one JSON object of a verb; NaN, which JSON does not have, becomes null."""
-    show(json.dumps(_plain(value), indent=2, ensure_ascii=False))
+    show(harmless_json(json.dumps(_plain(value), indent=2, ensure_ascii=False)))
 
 
 def _plain(value: object) -> object:
@@ -41,6 +43,7 @@ def _plain(value: object) -> object:
 
 def table(rows: Sequence[Sequence[str]], header: Sequence[str]) -> list[str]:
     """Return aligned lines; columns that hold numbers only are aligned right."""
+    rows = [[one_line(cell) for cell in row] for row in rows]
     columns = list(zip(*[header, *rows], strict=True))
     widths = [max(len(cell) for cell in column) for column in columns]
     numeric = [all(_is_number(cell) for cell in column[1:]) for column in columns]

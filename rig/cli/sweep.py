@@ -1,6 +1,7 @@
 """`rig sweep`: the depth-slope sweep."""
 
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -13,8 +14,10 @@ from rig.cli.options import (
     AsJson,
     CalibrationChoice,
     DatabaseUrl,
+    Note,
     Overrides,
     ProfileName,
+    Tags,
     finite,
 )
 from rig.cli.output import show, show_json, table, tell
@@ -82,6 +85,8 @@ def sweep(
         bool, typer.Option("--dry-run", help="Print the plan and its estimated time; move nothing.")
     ] = False,
     calibration: CalibrationChoice = None,
+    note: Note = "",
+    tags: Tags = None,
     view: View = False,
     view_host: ViewHost = None,
     view_port: ViewPort = None,
@@ -113,6 +118,8 @@ def sweep(
         raise typer.BadParameter(f"--from-mm and --to-mm are both {from_mm:g}; give two ends")
     if at_mm and (resume or not (from_mm is to_mm is count is None)):
         raise typer.BadParameter("--at-mm stands alone, without --from-mm, --to-mm, --count")
+    if resume and (note or tags):
+        raise typer.BadParameter("a resumed sweep keeps its note and tags")
     if resume and calibration is not None:
         raise typer.BadParameter("a resumed sweep keeps its calibration; rig fit changes it")
     page = page_request(view_host, view_port, is_wanted=view)
@@ -133,6 +140,7 @@ def sweep(
             job = owning.enter_context(owned_to_resume(store, profile, resumed))
         else:
             job = new_sweep(store, profile, request, calibration)
+            job = replace(job, note=note, tags=tuple(tags or ()))
         if job.is_taken:
             result = conclude_taken(job, store, tell)
         else:

@@ -58,6 +58,7 @@ VERBS: dict[str, dict[str, Verb]] = {
     "Look back": {
         "history": Verb("history:history", "List the sweeps and calibrations in the database."),
         "report": Verb("report:report", "Write the report of a sweep again."),
+        "store": Verb("store:app", "Check, copy, thin out and move all that is stored."),
         "export": Verb("export:export", "Write calibrations, samples or depth in other formats."),
     },
 }

@@ -14,6 +14,7 @@ from types import FrameType
 from typing import Any, Self
 
 from rig.interrupts import SIGNALS, Interrupted, is_ignored, received, saved_now
+from rig.terminal_text import harmless
 
 INTERRUPTED = 130
 KEPT = "what was stored before is kept"
@@ -95,5 +96,5 @@ def _reads_modules(frame: FrameType | None) -> bool:
 def _end_at_once(code: int, line: str = "") -> None:
     if line:
         with suppress(OSError):  # the terminal may be closed, the stream in the middle of a write
-            os.write(2, f"{line}\n".encode())
+            os.write(2, f"{harmless(line)}\n".encode())
     os._exit(code)

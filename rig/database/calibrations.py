@@ -3,10 +3,11 @@
 from datetime import UTC, datetime
 
 from rig.database import queries
-from rig.database.convert import calibration_value
+from rig.database.convert import calibration_value, provenance_json
+from rig.database.provenance import this_program
 from rig.database.tables import CalibrationRow
 from rig.database.transactions import Transactions
-from rig.records import Json, StoredCalibration
+from rig.records import Json, Provenance, StoredCalibration
 
 
 class CalibrationShelf(Transactions):
@@ -24,6 +25,9 @@ class CalibrationShelf(Transactions):
         temperature_degc: float | None,
         image_size_px: tuple[int, int],
         active: bool = True,
+        unit: str = "",
+        note: str = "",
+        provenance: Provenance | None = None,
     ) -> int:
         """Store a geometric calibration.
 
@@ -37,6 +41,9 @@ class CalibrationShelf(Transactions):
             temperature_degc: of the camera, None where it reports none.
             image_size_px: width and height of the pictures.
             active: whether sweeps and captures take it by themselves.
+            unit: which of the rigs of this name; empty where nobody knows.
+            note: free text of the user.
+            provenance: who made it; None for this program.
 
         Returns:
             The id of the calibration.
@@ -54,6 +61,9 @@ class CalibrationShelf(Transactions):
                 width_px=int(image_size_px[0]),
                 height_px=int(image_size_px[1]),
                 active=active,
+                unit=unit,
+                note=note,
+                provenance=provenance_json(provenance or this_program()),
             )
             session.add(row)
             session.flush()
@@ -68,10 +78,15 @@ class CalibrationShelf(Transactions):
         with self._reading(f"read calibration {calibration_id}") as session:
             return calibration_value(queries.calibration_row(session, calibration_id))
 
-    def active_calibration(self, rig: str) -> StoredCalibration | None:
-        """Return the newest active calibration of a rig, None where it has none."""
+    def active_calibration(self, rig: str, unit: str = "") -> StoredCalibration | None:
+        """Return the newest active calibration of a rig, None where it has none.
+
+        Args:
+            rig: its name.
+            unit: only of this one of the rigs of that name, and of those that nobody named.
+        """
         with self._reading(f"look for the calibration of {rig}") as session:
-            row = queries.active_calibration_row(session, rig)
+            row = queries.active_calibration_row(session, rig, unit)
             return None if row is None else calibration_value(row)
 
     def calibrations(self, rig: str | None = None) -> tuple[StoredCalibration, ...]:

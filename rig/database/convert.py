@@ -1,5 +1,6 @@
 """Between rows and values."""
 
+from dataclasses import asdict
 from pathlib import Path, PurePosixPath
 from typing import cast
 
@@ -17,6 +18,8 @@ from rig.errors import StoreError
 from rig.measurement import Failure, Measurement
 from rig.plan import Direction, Role, Stop
 from rig.records import (
+    Json,
+    Provenance,
     Sample,
     State,
     StoredCalibration,
@@ -55,9 +58,11 @@ def sweep_value(row: SweepRow, frames: Path) -> Sweep:
         started_at=row.started_at,
         ended_at=row.ended_at,
         state=cast("State", row.state),
-        folder=_below(frames, row.folder),
+        folder=below(frames, row.folder),
         note=row.note,
         calibration_id=row.calibration_id,
+        unit=row.unit,
+        provenance=provenance_value(row.provenance),
     )
 
 
@@ -84,7 +89,8 @@ def sample_value(row: SampleRow, frames: Path) -> Sample:
         reached_mm=row.reached_mm,
         taken_at=row.taken_at,
         temperature_degc=row.temperature_degc,
-        folder=_below(frames, row.folder),
+        folder=below(frames, row.folder),
+        pruned_at=row.pruned_at,
         frames=tuple(
             StoredFrame(
                 view=f.view,
@@ -172,6 +178,8 @@ def curve_value(row: CurveRow) -> StoredCurve:
         active=row.active,
         calibration_id=row.calibration_id,
         row_errors=row.row_errors,
+        unit=row.unit,
+        provenance=provenance_value(row.provenance),
     )
 
 
@@ -189,10 +197,27 @@ def calibration_value(row: CalibrationRow) -> StoredCalibration:
         temperature_degc=row.temperature_degc,
         image_size_px=(row.width_px, row.height_px),
         active=row.active,
+        unit=row.unit,
+        note=row.note,
+        provenance=provenance_value(row.provenance),
     )
 
 
-def _below(frames: Path, folder: str) -> Path:
+def provenance_value(column: Json) -> Provenance:
+    """Return who made something; what another version wrote is left out."""
+    words = {name: str(column.get(name, "")) for name in ("user", "host", "command")}
+    tags = column.get("tags", ())
+    named = cast("list[object]", tags) if isinstance(tags, list) else ()
+    return Provenance(**words, tags=tuple(map(str, named)))
+
+
+def provenance_json(provenance: Provenance) -> dict[str, object]:
+    """Return the column that `provenance_value` reads; what is unknown is left out."""
+    content: dict[str, object] = {**asdict(provenance), "tags": list(provenance.tags)}
+    return {name: value for name, value in content.items() if value}
+
+
+def below(frames: Path, folder: str) -> Path:
     """Return a stored folder; a database of unknown origin must not lead elsewhere.
 
     Raises:

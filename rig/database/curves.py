@@ -3,10 +3,11 @@
 from datetime import UTC, datetime
 
 from rig.database import queries
-from rig.database.convert import curve_value
+from rig.database.convert import curve_value, provenance_json
 from rig.database.leases import LeaseShelf, sweep_lease
+from rig.database.provenance import this_program
 from rig.database.tables import CurveRow
-from rig.records import Json, StoredCurve
+from rig.records import Json, Provenance, StoredCurve
 
 
 class CurveShelf(LeaseShelf):
@@ -21,6 +22,7 @@ class CurveShelf(LeaseShelf):
         versions: Json,
         active: bool = True,
         row_errors: Json | None = None,
+        provenance: Provenance | None = None,
     ) -> int:
         """Store a curve of the rig of a sweep, measured with the calibration of the sweep.
 
@@ -33,6 +35,7 @@ class CurveShelf(LeaseShelf):
             versions: see `software_versions`.
             active: whether captures may pick it.
             row_errors: what the rows missed by; None where nobody knows.
+            provenance: who made it; None for this program.
 
         Returns:
             The id of the curve.
@@ -54,6 +57,8 @@ class CurveShelf(LeaseShelf):
                 active=active,
                 calibration_id=sweep.calibration_id,
                 row_errors=None if row_errors is None else dict(row_errors),
+                unit=sweep.unit,
+                provenance=provenance_json(provenance or this_program()),
             )
             session.add(row)
             if queries.is_whole(session, sweep):
@@ -70,16 +75,25 @@ class CurveShelf(LeaseShelf):
         with self._reading(f"read curve {curve_id}") as session:
             return curve_value(queries.curve_row(session, curve_id))
 
-    def has_curve(self, rig: str) -> bool:
-        """Return whether a rig has a curve at all, also one that missed a gate."""
-        with self._reading(f"look for the curve of {rig}") as session:
-            return queries.has_curve(session, rig)
+    def has_curve(self, rig: str, unit: str = "") -> bool:
+        """Return whether a rig has a curve at all, also one that missed a gate.
 
-    def active_curve(self, rig: str) -> StoredCurve:
-        """Return the newest active curve of a rig.
-
-        Raises:
-            StoreError: there is none; the message names the rigs that have one.
+        Args:
+            rig: its name.
+            unit: only of this one of the rigs of that name, and of those that nobody named.
         """
         with self._reading(f"look for the curve of {rig}") as session:
-            return curve_value(queries.active_curve_row(session, rig))
+            return queries.has_curve(session, rig, unit)
+
+    def active_curve(self, rig: str, unit: str = "") -> StoredCurve:
+        """Return the newest active curve of a rig.
+
+        Args:
+            rig: its name.
+            unit: only of this one of the rigs of that name, and of those that nobody named.
+
+        Raises:
+            StoreError: there is none; the message names the rigs, or units, that have one.
+        """
+        with self._reading(f"look for the curve of {rig}") as session:
+            return curve_value(queries.active_curve_row(session, rig, unit))

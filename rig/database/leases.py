@@ -11,7 +11,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
-from sqlalchemy import Engine, delete, func, select, update
+from sqlalchemy import Engine, delete, func, select, text, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
@@ -29,6 +29,11 @@ STALE_S = 120.0
 """An owner on another machine that was not heard of for so long is taken for dead."""
 _TRIES = 20
 """So often another program may be quicker."""
+
+STORE = "store"
+"""The lease of whoever works on all of it at once: nobody else owns anything beside."""
+FRAMES = "frames"
+"""The lease of whoever reads or removes frames of many sweeps."""
 
 Now = Callable[[Session], datetime]
 
@@ -80,6 +85,10 @@ class LeaseShelf(Transactions):
             stack.enter_context(Heartbeat(lambda: self._beat(what, me), BEAT_S))
             yield
 
+    def holds(self, what: str) -> bool:
+        """Tell whether this program owns something."""
+        return what in self._held
+
     def owner(self, what: str) -> Owner | None:
         """Return who works on something; None where nobody does who lives."""
         with self._reading(f"look who works on {what}") as session:
@@ -119,6 +128,7 @@ class LeaseShelf(Transactions):
             with self._reading(f"look who works on {what}") as session:
                 # Who is refused never takes the lock by which the owner stores its samples.
                 self._require_free(session, what, asked)
+                self._require_alone(session, what, asked)
             with self._writing(f"become the owner of {what}") as session:
                 me = Owner.this_program(self._now(session))
                 if self._is_taken_now(session, what, me, asked):
@@ -127,7 +137,10 @@ class LeaseShelf(Transactions):
 
     def _is_taken_now(self, session: Session, what: str, me: Owner, asked: str) -> bool:
         """Try once; False where another program was quicker."""
+        if session.get_bind().dialect.name == "postgresql":  # or two would not see each other
+            session.execute(text("LOCK TABLE leases IN SHARE ROW EXCLUSIVE MODE"))
         row = self._require_free(session, what, asked)
+        self._require_alone(session, what, asked)
         if row is None:
             with suppress(IntegrityError), session.begin_nested():
                 session.add(LeaseRow(what=what, **_columns(me), heartbeat=me.since))
@@ -152,6 +165,35 @@ class LeaseShelf(Transactions):
         if row is not None and not self._is_dead(session, row):
             raise owned(asked, _owner(row), self._when_to_come_back(row))
         return row
+
+    def _require_alone(self, session: Session, what: str, asked: str) -> None:
+        """Let nobody own a part while somebody owns the whole, nor the other way round.
+
+        Raises:
+            OwnedError: somebody does.
+        """
+        others = LeaseRow.what != what if what == STORE else LeaseRow.what == STORE
+        for row in session.scalars(select(LeaseRow).where(others)):
+            if row.what != what and row.what not in self._held and not self._is_dead(session, row):
+                raise owned(
+                    f"{asked}, but {row.what} is at work" if what == STORE else asked,
+                    _owner(row),
+                    self._when_to_come_back(row),
+                )
+
+    def clear_dead_leases(self) -> int:
+        """Remove what ended programs left behind; returns how many."""
+        with self._writing("clear the leases of ended programs") as session:
+            rows = [row for row in session.scalars(select(LeaseRow)) if self._is_dead(session, row)]
+            for row in rows:
+                session.delete(row)
+            return len(rows)
+
+    def dead_leases(self) -> tuple[str, ...]:
+        """Return what belongs to programs that have ended."""
+        with self._reading("look who works") as session:
+            rows = session.scalars(select(LeaseRow).order_by(LeaseRow.what)).all()
+            return tuple(row.what for row in rows if self._is_dead(session, row))
 
     def _beat(self, what: str, me: Owner) -> bool:
         with self._writing(f"say that {what} is being worked on") as session:

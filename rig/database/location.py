@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import quote
 
 from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError
@@ -10,6 +11,7 @@ from sqlalchemy.exc import ArgumentError
 from rig.errors import StoreError
 from rig.file_modes import FileModes
 from rig.places import default_database
+from rig.secrets import HIDDEN, is_secret
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,8 +23,10 @@ class Location:
     modes: FileModes = FileModes()  # noqa: RUF009  (a value)
 
     def __str__(self) -> str:
-        """Return the address as it may be shown: without a password."""
-        return self.url.render_as_string(hide_password=True)
+        """Return the address as it may be shown: without a password, wherever it stands."""
+        query = {key: HIDDEN if is_secret(key) else value for key, value in self.url.query.items()}
+        shown = self.url.set(query=query).render_as_string(hide_password=True)
+        return shown.replace(quote(HIDDEN), HIDDEN)
 
     @property
     def file(self) -> Path | None:
@@ -64,8 +68,12 @@ def locate(url: str | None, environment: Mapping[str, str]) -> Location:
 
 
 def _parse(text: str) -> URL:
+    # A password may hold an @ that nobody has escaped: the last one ends it.
+    scheme, marks, rest = text.partition("://")
+    authority, slash, path = rest.partition("/")
+    before, at, host = authority.rpartition("@")
     try:
-        return make_url(text)
+        return make_url(f"{scheme}{marks}{before.replace('@', '%40')}{at}{host}{slash}{path}")
     except (ArgumentError, ValueError) as error:
         # The text itself is not shown: it may hold a password.
         raise StoreError(

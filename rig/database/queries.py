@@ -1,12 +1,13 @@
 """Looking things up; what is not there is named together with what is."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import cast
 
-from sqlalchemy import func, select
-from sqlalchemy.orm import Session
+from sqlalchemy import ColumnElement, func, select, true
+from sqlalchemy.orm import InstrumentedAttribute, Session
 
+from rig.database.convert import provenance_value
 from rig.database.tables import (
     CalibrationRow,
     CurveRow,
@@ -139,20 +140,24 @@ def curve_row(session: Session, curve_id: int) -> CurveRow:
     return row
 
 
-def has_curve(session: Session, rig: str) -> bool:
-    """Return whether a rig has a curve."""
-    return (
-        session.scalars(select(CurveRow.id).where(CurveRow.rig == rig).limit(1)).first() is not None
-    )
+def has_curve(session: Session, rig: str, unit: str = "") -> bool:
+    """Return whether a rig has a curve; with a unit, one of that or of no named unit."""
+    of_rig = select(CurveRow.id).where(CurveRow.rig == rig, _of_unit(CurveRow.unit, unit))
+    return session.scalars(of_rig.limit(1)).first() is not None
 
 
-def active_curve_row(session: Session, rig: str) -> CurveRow:
-    """Return the newest active curve of a rig.
+def _of_unit(column: InstrumentedAttribute[str], unit: str) -> ColumnElement[bool]:
+    return column.in_((unit, "")) if unit else true()
+
+
+def active_curve_row(session: Session, rig: str, unit: str = "") -> CurveRow:
+    """Return the newest active curve of a rig; with a unit, one of that or of no named unit.
 
     Raises:
-        StoreError: there is none, or only some that missed a quality gate.
+        StoreError: there is none, or only some that missed a quality gate, or of other units.
     """
-    newest = select(CurveRow).where(CurveRow.rig == rig).order_by(CurveRow.id.desc()).limit(1)
+    of_rig = select(CurveRow).where(CurveRow.rig == rig, _of_unit(CurveRow.unit, unit))
+    newest = of_rig.order_by(CurveRow.id.desc()).limit(1)
     row = session.scalars(newest.where(CurveRow.active.is_(True))).first()
     if row is None:
         missed = session.scalars(newest).first()
@@ -162,6 +167,7 @@ def active_curve_row(session: Session, rig: str) -> CurveRow:
                 advice=f"read the report of sweep {missed.sweep_id} and sweep again, or take it on "
                 f"purpose with --curve {missed.id}",
             )
+        _require_no_other_unit(session, rig, unit)
         rigs = session.scalars(select(CurveRow.rig).where(CurveRow.active.is_(True)).distinct())
         raise StoreError(
             f"asked for the curve of rig {rig}, found curves of "
@@ -169,6 +175,17 @@ def active_curve_row(session: Session, rig: str) -> CurveRow:
             advice="make one with rig sweep; rig calibrate or rig import gives one without a stage",
         )
     return row
+
+
+def _require_no_other_unit(session: Session, rig: str, unit: str) -> None:
+    of_rig = select(CurveRow).where(CurveRow.rig == rig, CurveRow.active.is_(True))
+    other = session.scalars(of_rig.order_by(CurveRow.id.desc()).limit(1)).first()
+    if unit and other is not None:
+        raise StoreError(
+            f"asked for the curve of unit {unit} of rig {rig}, the newest, {other.id}, is of unit "
+            f"{other.unit}",
+            advice=f"make one with rig sweep, or take that one on purpose with --curve {other.id}",
+        )
 
 
 def calibration_row(session: Session, calibration_id: int) -> CalibrationRow:
@@ -196,19 +213,39 @@ def calibration_rows(session: Session, rig: str | None) -> Sequence[CalibrationR
     return session.scalars(wanted).all()
 
 
-def active_calibration_row(session: Session, rig: str) -> CalibrationRow | None:
-    """Return the newest active calibration of a rig, None where it has none."""
-    of_rig = select(CalibrationRow).where(CalibrationRow.rig == rig)
+def active_calibration_row(session: Session, rig: str, unit: str = "") -> CalibrationRow | None:
+    """Return the newest active calibration of a rig, None where it has none; see `has_curve`."""
+    mine = _of_unit(CalibrationRow.unit, unit)
+    of_rig = select(CalibrationRow).where(CalibrationRow.rig == rig, mine)
     active = of_rig.where(CalibrationRow.active.is_(True))
     return session.scalars(active.order_by(CalibrationRow.id.desc()).limit(1)).first()
 
 
-def history_rows(session: Session, at_work: Mapping[int, str]) -> tuple[HistoryRow, ...]:
-    """Return every sweep, oldest first, with how far it came and its newest curve.
+def newest_curve_id(session: Session, sweep_id: int) -> int | None:
+    """Return the number of the newest curve of a sweep, None where it has none."""
+    of_sweep = select(CurveRow.id).where(CurveRow.sweep_id == sweep_id)
+    return session.scalars(of_sweep.order_by(CurveRow.id.desc()).limit(1)).first()
+
+
+def pruned_count(session: Session, sweep_id: int) -> int:
+    """Return how many samples of a sweep have no frames any more, on purpose."""
+    pruned = (SampleRow.sweep_id == sweep_id, SampleRow.pruned_at.is_not(None))
+    return session.scalars(select(func.count()).select_from(SampleRow).where(*pruned)).one()
+
+
+def history_rows(
+    session: Session,
+    at_work: Mapping[int, str],
+    sweeps: Collection[int] | None = None,
+    curves: Collection[int] | None = None,
+) -> tuple[HistoryRow, ...]:
+    """Return sweeps, oldest first, with how far they came and their newest curve.
 
     Args:
         session: to read from.
         at_work: by sweep, the program that works on it.
+        sweeps: only these; None for all.
+        curves: only these count; None for all.
     """
     stops = select(StopRow.sweep_id, func.count()).group_by(StopRow.sweep_id)
     planned = dict(iter(session.execute(stops)))
@@ -217,13 +254,22 @@ def history_rows(session: Session, at_work: Mapping[int, str]) -> tuple[HistoryR
         select(SampleRow.sweep_id, func.count()).group_by(SampleRow.sweep_id, SampleRow.stop)
     ):
         taken.setdefault(sweep_id, []).append(count)
-    newest = {row.sweep_id: row for row in session.scalars(select(CurveRow).order_by(CurveRow.id))}
+    is_pruned = SampleRow.pruned_at.is_not(None)
+    given_up = select(SampleRow.sweep_id, func.count()).where(is_pruned)
+    pruned = dict(iter(session.execute(given_up.group_by(SampleRow.sweep_id))))
+    shown, known = select(SweepRow).order_by(SweepRow.id), select(CurveRow).order_by(CurveRow.id)
+    if sweeps is not None:
+        shown = shown.where(SweepRow.id.in_(sweeps))
+    if curves is not None:
+        known = known.where(CurveRow.id.in_(curves))
+    newest = {row.sweep_id: row for row in session.scalars(known)}
     return tuple(
         replace(
             _history_row(row, planned.get(row.id, 0), taken.get(row.id, []), newest.get(row.id)),
             at_work=at_work.get(row.id),
+            pruned=pruned.get(row.id, 0),
         )
-        for row in session.scalars(select(SweepRow).order_by(SweepRow.id))
+        for row in session.scalars(shown)
     )
 
 
@@ -243,6 +289,12 @@ def _history_row(
         curve_id=None if newest is None else newest.id,
         holdout_rms_pct=rms_pct if isinstance(rms_pct, float) else None,
         rows_rms_px=None if newest is None else _rows_rms_px(newest),
+        unit=row.unit,
+        note=row.note,
+        provenance=provenance_value(row.provenance),
+        devices=row.devices,
+        versions=row.versions,
+        is_active=newest is not None and newest.active,
     )
 
 

@@ -7,12 +7,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
-from sqlalchemy import Engine
+from sqlalchemy import URL, Engine
 
 from rig.database import queries
 from rig.database.calibrations import CalibrationShelf
 from rig.database.convert import (
     frame_row,
+    provenance_json,
     sample_value,
     stop_row,
     stop_value,
@@ -29,17 +30,21 @@ from rig.database.frames import (
 from rig.database.leases import Now, database_now, sweep_lease
 from rig.database.location import Location, locate
 from rig.database.measurements import MeasurementShelf
+from rig.database.provenance import this_program
 from rig.database.reading import may_only_be_read, open_to_read
 from rig.database.schema import empty_engine, open_engine
 from rig.database.tables import SampleRow, SweepRow
 from rig.database.trouble import explained
+from rig.database.upkeep import UpkeepShelf
 from rig.errors import StoreError
+from rig.file_modes import FileModes
 from rig.files import make_folder, sync_folder
 from rig.frames import MultiView
 from rig.plan import Stop
 from rig.records import (
     HistoryRow,
     Json,
+    Provenance,
     Sample,
     Sweep,
 )
@@ -77,11 +82,36 @@ def open_store(
     return Store(location, empty_engine(), exists=False)
 
 
+def open_at(location: Location) -> "Store":
+    """Open, or make, the database of a location that was decided before.
+
+    Raises:
+        StoreError: it cannot be opened, is not ours, or is newer than this program.
+    """
+    if may_only_be_read(location):
+        return Store(location, open_to_read(location))
+    return Store(location, open_engine(location))
+
+
+def store_at(file: Path, frames: Path, modes: FileModes) -> "Store":
+    """Open, or make, the database in a file, with the frames in a folder that is named as well.
+
+    Args:
+        file: of SQLite.
+        frames: root of all frames, whatever `RIG_FRAMES` says.
+        modes: permission bits of what is made.
+
+    Raises:
+        StoreError: it cannot be opened, is not ours, or is newer than this program.
+    """
+    return open_at(Location(URL.create("sqlite", database=str(file)), frames, modes))
+
+
 def _holds_something(file: Path) -> bool:
     return file.is_file() and file.stat().st_size > 0
 
 
-class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
+class Store(CalibrationShelf, MeasurementShelf, CurveShelf, UpkeepShelf):
     """One open database; a context manager, safe to use from several threads.
 
     Every method is one short transaction of its own: done when it returns, undone when it raises.
@@ -97,6 +127,8 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
         now: Now = database_now,
     ) -> None:
         super().__init__(location, engine, now)
+        self.location = location
+        """Where it is."""
         self.frames = location.frames
         """Folder below which all frames are."""
         self.exists = exists
@@ -132,6 +164,8 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
         devices: Json,
         note: str = "",
         calibration_id: int | None = None,
+        unit: str = "",
+        provenance: Provenance | None = None,
     ) -> int:
         """Begin a sweep: its row, its plan and its frame folder.
 
@@ -144,12 +178,15 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
             devices: identity of camera and stage.
             note: free text of the user.
             calibration_id: geometric calibration that its slopes will be measured with.
+            unit: which of the rigs of this name; empty where nobody knows.
+            provenance: who makes it; None for this program.
 
         Returns:
             The id of the sweep; its state is `taking`.
         """
         started_at = datetime.now(UTC)
         with self._writing("begin a sweep") as session:
+            self._require_alone(session, "", f"asked to begin a sweep of {rig}")
             row = SweepRow(
                 rig=rig,
                 profile=dict(profile),
@@ -161,6 +198,8 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
                 folder="",
                 note=note,
                 calibration_id=calibration_id,
+                unit=unit,
+                provenance=provenance_json(provenance or this_program()),
                 stops=[stop_row(stop) for stop in stops],
             )
             session.add(row)
@@ -204,6 +243,13 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
             row.state, row.ended_at = "taking", None
             if queries.is_whole(session, row):
                 row.state, row.ended_at = "taken", self._now(session)
+            pruned = queries.pruned_count(session, sweep_id)
+            if pruned:
+                raise StoreError(
+                    f"asked to resume sweep {sweep_id}, the frames of {pruned} of its samples were "
+                    "pruned",
+                    advice="begin a new one",
+                )
             sweep = sweep_value(row, self.frames)
         clear_unfinished(sweep.folder)
         return sweep
@@ -258,6 +304,11 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
                 if sweep_lease(sweep_id) in at_work
             }
             return queries.history_rows(session, by_sweep)
+
+    @property
+    def may_be_written(self) -> bool:
+        """Whether this program may write it at all."""
+        return not may_only_be_read(self.location)
 
     def add_sample(
         self, sweep_id: int, *, stop: int, number: int, reached_mm: float, multiview: MultiView
@@ -331,6 +382,14 @@ class Store(CalibrationShelf, MeasurementShelf, CurveShelf):
         """Read the multi-view of a sample back, exactly as it was taken.
 
         Raises:
-            StoreError: an image is missing, damaged, or another one than was stored.
+            StoreError: an image is missing, damaged, or another one than was stored; or the frames
+                of this sample were pruned.
         """
+        if sample.pruned_at is not None:
+            raise StoreError(
+                f"asked for the frames of sample {sample.number} of stop {sample.stop.index} of "
+                f"sweep {sample.sweep_id}, they were pruned on {sample.pruned_at:%Y-%m-%d}",
+                advice=f"its slopes and curve are kept: rig report {sample.sweep_id}; a backup may "
+                "have the frames",
+            )
         return read_frames(sample.folder, sample.frames, sample.temperature_degc)

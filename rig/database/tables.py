@@ -57,6 +57,8 @@ class SweepRow(Row):
     folder: Mapped[str]
     note: Mapped[str]
     calibration_id: Mapped[int | None] = mapped_column(ForeignKey("calibrations.id"))
+    unit: Mapped[str] = mapped_column(server_default="")
+    provenance: Mapped[dict[str, object]] = mapped_column(server_default=text("'{}'"))
     stops: Mapped[list["StopRow"]] = relationship(order_by="StopRow.stop")
 
 
@@ -93,6 +95,7 @@ class SampleRow(Row):
     taken_at: Mapped[datetime]
     temperature_degc: Mapped[float | None]
     folder: Mapped[str]
+    pruned_at: Mapped[datetime | None]
     planned: Mapped[StopRow] = relationship(lazy="joined", innerjoin=True)
     frames: Mapped[list["FrameRow"]] = relationship(order_by="FrameRow.place", lazy="selectin")
 
@@ -150,6 +153,8 @@ class CurveRow(Row):
     active: Mapped[bool]
     calibration_id: Mapped[int | None] = mapped_column(ForeignKey("calibrations.id"))
     row_errors: Mapped[dict[str, object] | None]
+    unit: Mapped[str] = mapped_column(server_default="")
+    provenance: Mapped[dict[str, object]] = mapped_column(server_default=text("'{}'"))
 
 
 class CalibrationRow(Row):
@@ -169,6 +174,9 @@ class CalibrationRow(Row):
     width_px: Mapped[int]
     height_px: Mapped[int]
     active: Mapped[bool]
+    unit: Mapped[str] = mapped_column(server_default="")
+    note: Mapped[str] = mapped_column(server_default="")
+    provenance: Mapped[dict[str, object]] = mapped_column(server_default=text("'{}'"))
 
 
 class LeaseRow(Row):

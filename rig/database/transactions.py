@@ -39,6 +39,8 @@ class Transactions:
             session.begin(),
         ):
             self._require_in_place()
+            session.connection()  # SQLite waits here for others; one may have moved the file
+            self._require_in_place()
             yield session
 
     def _require_in_place(self) -> None:

@@ -8,6 +8,7 @@ from sqlalchemy.exc import SQLAlchemyError, StatementError
 
 from rig.disk import FULL, READ_ONLY, disk_explained
 from rig.errors import StoreError
+from rig.secrets import without_secrets
 
 # Beginnings of SQLite's result codes (https://sqlite.org/rescode.html).
 _OF_SQLITE = {
@@ -61,5 +62,5 @@ def _found_by_database(error: SQLAlchemyError | sqlite3.Error) -> tuple[str, str
         for beginning, found in _OF_SQLITE.items():
             if name.startswith(beginning):
                 return found
-    first_line = str(cause).partition("\n")[0]
+    first_line = without_secrets(str(cause)).partition("\n")[0]
     return f"the database answers: {first_line}", "check it, or choose another with --db"

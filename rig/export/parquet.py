@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 from rig.errors import ConfigError
 from rig.export.exported import ExportedSamples
-from rig.export.samples import COLUMNS, Cell, sample_rows
+from rig.export.samples import COLUMNS, WHO, Cell, sample_rows
 from rig.files import write_bytes
 
 if TYPE_CHECKING:
     from rig.database import Store
 
 _NUMBERED = ("sweep", "stop", "sample")
-_WORDS = ("role", "direction", "taken_at", "failure")
+_WORDS = ("role", "direction", "taken_at", "failure", *WHO)
 
 
 def write_parquet(path: Path, rows: Sequence[dict[str, Cell]]) -> None:

@@ -13,10 +13,13 @@ from rig.files import write_bytes
 if TYPE_CHECKING:
     from rig.database import Store
 
+WHO = ("rig", "unit", "user", "host", "command", "note", "tags")
+"""The same in every row of a sweep: tables of many sweeps are put together by these."""
 COLUMNS: tuple[str, ...] = (
     "sweep", "stop", "sample", "role", "direction", "distance_mm", "reached_mm", "taken_at",
     "temperature_degc", "slope_px", "sigma_px", "corner_slope_px", "corner_sigma_px",
     "dense_slope_px", "dense_sigma_px", "centre_x_px", "centre_y_px", "failure",
+    *WHO,
 )  # fmt: skip
 
 Cell = str | int | float | None
@@ -29,6 +32,9 @@ def sample_rows(store: "Store", sweep_id: int) -> list[dict[str, Cell]]:
         StoreError: no such sweep.
     """
     measurements = store.measurements(sweep_id)
+    sweep = store.sweep(sweep_id)
+    made = sweep.provenance
+    who = (sweep.rig, sweep.unit, made.user, made.host, made.command, sweep.note)
     rows: list[dict[str, Cell]] = []
     for sample in store.samples(sweep_id):
         found = measurements.get(sample.key)
@@ -53,6 +59,8 @@ def sample_rows(store: "Store", sweep_id: int) -> list[dict[str, Cell]]:
             None if centre is None else centre[0],
             None if centre is None else centre[1],
             failure,
+            *who,
+            " ".join(made.tags),
         )
         rows.append(dict(zip(COLUMNS, cells, strict=True)))
     return rows

@@ -69,7 +69,8 @@ class DepthCamera:
         Raises:
             CameraUseError: it is or was open.
             ConfigError: nothing tells which slopes the distances of the profile are.
-            CurveError: the device's own calibration is another one than when the curve was made.
+            CurveError: its curve or calibration is of another rig of the same name, or the
+                device's own calibration is another one than when the curve was made.
             DeviceError: the device is not there or does not answer.
             StoreError: nothing is stored that tells depth, and the device holds no calibration.
         """
@@ -81,6 +82,7 @@ class DepthCamera:
                 )
             device, clock = self._stack.enter_context(self._door())
             try:
+                self.run.require_unit(device.identity)
                 require_same_calibration(self.run, device.identity)
                 self.run = completed_run(self.run, device)
                 meter = DepthMeter(self.run)

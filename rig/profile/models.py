@@ -94,6 +94,9 @@ class Profile(Model):
 
     name: str = Field(min_length=1, pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$")
     """Name of the rig; curves belong to it."""
+    unit: str = Field(default="", max_length=80, pattern=r"^[^\x00-\x1f\x7f-\x9f]*$")
+    """Which of several rigs of this name it is; empty: the serial number of its camera. Curves and
+    calibrations of another unit are not used by themselves."""
     description: str = ""
     """One line for `rig profile list`."""
     pitch_mm: Positive

@@ -72,6 +72,11 @@ class Evidence:
     range_px: tuple[float, float]
     """Slopes that captures search."""
 
+    @property
+    def pruned(self) -> int:
+        """How many samples have no frames any more, on purpose."""
+        return sum(sample.pruned_at is not None for sample in self.samples)
+
 
 def gather(store: Store, result: SweepResult) -> Evidence:
     """Load what a report needs; of the images only those that it shows.
@@ -84,7 +89,8 @@ def gather(store: Store, result: SweepResult) -> Evidence:
     run = run_of_sweep(store, sweep)
     samples = store.samples(sweep.id)
     measurements = store.measurements(sweep.id)
-    shown = _shown(samples, measurements, result.fit.best)
+    seen = [sample for sample in samples if sample.pruned_at is None]
+    shown = _shown(seen, measurements, result.fit.best)
     return Evidence(
         sweep=sweep,
         profile=run.profile,
@@ -95,7 +101,7 @@ def gather(store: Store, result: SweepResult) -> Evidence:
         pictures=tuple(
             _picture(run.optics, store, sample, measurements[sample.key]) for sample in shown
         ),
-        failures=_failures(store, run.profile, samples, measurements),
+        failures=_failures(store, run.profile, seen, measurements),
         frames_root=sweep.folder.relative_to(store.frames).as_posix(),
         range_px=run.range_px,
     )

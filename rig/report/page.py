@@ -20,6 +20,7 @@ from rig.report.picture_plots import corner_figure, failure_figure
 from rig.report.scatter import EstimatorGap, direction_pairs, estimator_gaps, repeatability
 from rig.report.stop_plots import estimator_figure, repeat_figure, temperature_figure
 from rig.report.times import times_text
+from rig.secrets import HIDDEN, is_secret, value_without_secrets, without_secrets
 from rig.sweep.conclude import SweepResult
 from rig.sweep.request import sweep_setup
 
@@ -83,15 +84,17 @@ def flat_fields(content: Mapping[str, object], prefix: str = "") -> list[tuple[s
     """Return nested values as lines of dotted key and text."""
     lines: list[tuple[str, str]] = []
     for key, value in content.items():
-        if isinstance(value, Mapping):
+        if is_secret(key):
+            lines.append((f"{prefix}{key}", HIDDEN))
+        elif isinstance(value, Mapping):
             lines += flat_fields(cast("Mapping[str, object]", value), f"{prefix}{key}.")
         else:
-            lines.append((f"{prefix}{key}", str(value)))
+            lines.append((f"{prefix}{key}", without_secrets(str(value))))
     return lines
 
 
 def _pretty(content: Mapping[str, object]) -> str:
-    return json.dumps(content, indent=2, ensure_ascii=False)
+    return json.dumps(value_without_secrets(content), indent=2, ensure_ascii=False)
 
 
 _FILTERS: dict[str, Callable[..., object]] = {

@@ -96,10 +96,10 @@ def stored_conclusion(store: Store, sweep_id: int) -> SweepResult:
         StoreError: no such sweep.
     """
     evidence = _fit(store, sweep_id)
-    curve_ids = [row.curve_id for row in store.sweeps() if row.id == sweep_id]
-    if not curve_ids or curve_ids[0] is None:
+    curve_id = store.newest_curve(sweep_id)
+    if curve_id is None:
         raise CurveError(f"sweep {sweep_id} has no curve yet", advice=f"run `rig fit {sweep_id}`")
-    return _result(store, sweep_id, evidence, curve_ids[0], None)
+    return _result(store, sweep_id, evidence, curve_id, None)
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,10 @@ class SweepJob:
     """Of the interrupted sweep that goes on."""
     is_taken: bool = False
     """Whether every sample is stored, so that only the curve is missing and no device is needed."""
+    note: str = ""
+    """Free text of the user, for a new one."""
+    tags: tuple[str, ...] = ()
+    """Words to find it again by, for a new one."""
 
     @property
     def go_on(self) -> str:

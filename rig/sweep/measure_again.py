@@ -1,9 +1,10 @@
 """Slopes and curve of a sweep again, from its stored frames."""
 
 from rig.database import Store
+from rig.errors import StoreError
 from rig.measurement import Measurement
 from rig.progress import Progress
-from rig.records import SampleKey
+from rig.records import Sample, SampleKey
 from rig.stored import run_of_sweep
 from rig.sweep.conclude import SweepResult, conclude_sweep
 from rig.sweep.measure_sample import measure_sample
@@ -26,8 +27,9 @@ def measure_again(
         CurveError: the slopes make no curve.
     """
     sweep = store.sweep(sweep_id)
-    run = run_of_sweep(store, sweep, calibration)
     samples = store.samples(sweep_id)
+    _require_frames(sweep_id, samples)
+    run = run_of_sweep(store, sweep, calibration)
     measured: dict[SampleKey, Measurement] = {}
     for number, sample in enumerate(samples):
         images = store.load(sample).images
@@ -35,3 +37,19 @@ def measure_again(
         progress(number + 1, f"{sample.stop.distance_mm:.1f} mm")
     store.replace_measurements(sweep_id, measured, calibration_id=run.optics.calibration_id)
     return conclude_sweep(store, sweep_id)
+
+
+def _require_frames(sweep_id: int, samples: tuple[Sample, ...]) -> None:
+    """Say at once that frames were given up; nothing of the sweep is changed.
+
+    Raises:
+        StoreError: of one sample or more.
+    """
+    pruned = [sample.pruned_at for sample in samples if sample.pruned_at is not None]
+    if pruned:
+        raise StoreError(
+            f"asked to fit sweep {sweep_id}, the frames of {len(pruned)} of its {len(samples)} "
+            f"samples were pruned on {max(pruned):%Y-%m-%d}",
+            advice=f"its slopes and curve are kept: rig report {sweep_id}; a backup may have the "
+            "frames",
+        )

@@ -3,12 +3,13 @@
 from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import replace
 
-from rig.database import Store, software_versions
+from rig.database import Store, software_versions, this_program
 from rig.devices import SystemClock, stopped
-from rig.errors import CurveError, StoreError
+from rig.errors import ConfigError, CurveError, StoreError
 from rig.hardware.opening import Hardware
 from rig.interrupts import Interrupted, Interrupts, saying
 from rig.progress import Progress, Tell
+from rig.records import Sweep
 from rig.sweep.conclude import SweepResult, conclude_sweep
 from rig.sweep.job import SweepJob
 from rig.sweep.measuring_thread import MeasuringThread
@@ -16,6 +17,7 @@ from rig.sweep.request import sweep_setup
 from rig.sweep.resume import measure_left_over, measure_old_distance_again
 from rig.sweep.take import SweepTimes, run_sweep
 from rig.sweep.watch import SweepWatcher, Unwatched
+from rig.unit import unit_of
 
 
 def sweep_and_conclude(
@@ -43,6 +45,7 @@ def sweep_and_conclude(
             owning.enter_context(_ownership(job, store))
         with Interrupts() as interrupts, MeasuringThread(job.run) as measuring:
             try:
+                job.run.require_unit(hardware.camera.identity)
                 tell("homing the stage")
                 hardware.stage.home()
                 if job.sweep_id is None:
@@ -109,9 +112,24 @@ def _number(job: SweepJob) -> int:
 def _go_on(job: SweepJob, hardware: Hardware, store: Store, tell: Tell) -> None:
     """Take up an interrupted sweep: only now, with its devices open, is anything in it changed."""
     number = _number(job)
+    _require_same_unit(store.sweep(number), unit_of(job.run.profile, hardware.camera.identity))
     store.reopen_sweep(number)
     measure_left_over(job, number, store)
     measure_old_distance_again(job, number, hardware, store, tell)
+
+
+def _require_same_unit(sweep: Sweep, here: str) -> None:
+    """Let no half of a sweep come from another rig.
+
+    Raises:
+        ConfigError: it began with another one of the same name.
+    """
+    if here and sweep.unit and sweep.unit != here:
+        raise ConfigError(
+            f"asked to resume sweep {sweep.id} of unit {sweep.unit} of rig {sweep.rig}, this one "
+            f"is {here}",
+            advice="go on where it began, or begin a new sweep",
+        )
 
 
 def _end_early(
@@ -153,6 +171,9 @@ def _begin(job: SweepJob, hardware: Hardware, store: Store) -> int:
             "stage": dict(hardware.stage.identity),
         },
         calibration_id=job.run.optics.calibration_id,
+        note=job.note,
+        unit=unit_of(job.run.profile, hardware.camera.identity),
+        provenance=this_program(job.tags),
     )
 
 

@@ -92,7 +92,9 @@ def _break_stop() -> None:
     SerialStage.stop = stop
 
 
-def _watch(carriages: list[Any]) -> None:
+def watched_carriages() -> list[Any]:
+    """Return a list that every simulated carriage of this process will be in, with its clock."""
+    carriages: list[Any] = []
     from rig_sim.carriage import Carriage
 
     begin = Carriage.__init__
@@ -102,6 +104,17 @@ def _watch(carriages: list[Any]) -> None:
         carriages.append((self, clock))
 
     Carriage.__init__ = watched
+    return carriages
+
+
+def way_they_go(carriages: Sequence[Any]) -> list[str]:
+    """Say of each carriage whether it stands still."""
+    said: list[str] = []
+    for carriage, clock in carriages:
+        now_s = clock.now_s()
+        way_mm = carriage.travelled_mm(now_s + 1.0) - carriage.travelled_mm(now_s + 30.0)
+        said.append(STILL if abs(way_mm) < 1e-6 else MOVING)
+    return said
 
 
 def main(words: Sequence[str]) -> None:
@@ -112,7 +125,7 @@ def main(words: Sequence[str]) -> None:
     carriages: list[Any] = []
     kind, _, place = point.partition(":")
     if kind == "call":
-        _watch(carriages)
+        carriages = watched_carriages()
         _wrap(place, int(number))
     else:
         sys.meta_path.insert(0, _BeforeReading(place, int(number)))  # type: ignore[arg-type]
@@ -123,10 +136,8 @@ def main(words: Sequence[str]) -> None:
     try:
         rig_main()
     finally:
-        for carriage, clock in carriages:
-            now_s = clock.now_s()
-            way_mm = carriage.travelled_mm(now_s + 1.0) - carriage.travelled_mm(now_s + 30.0)
-            sys.stdout.write((STILL if abs(way_mm) < 1e-6 else MOVING) + "\n")
+        for line in way_they_go(carriages):
+            sys.stdout.write(f"{line}\n")
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from rig.capture.folder import CaptureFolder
 from rig.capture.on_rig import capture_on_rig
 from rig.capture.output import WantedOutput
 from rig.capture.picture import write_picture
+from rig.cli.capture import saved
 from rig.database import open_store
 from rig.devices import SystemClock
 from rig.errors import DeviceLostError, RigError, StoreError
@@ -153,6 +154,7 @@ def test_ctrl_c_finishes_and_closes_what_was_taken():
         summary = capture_depth(camera, request(output, count=None), progress)
     assert summary.is_interrupted
     assert (output.taken, output.closed, summary.frames) == ([0, 1, 2], 1, 3)
+    assert saved(summary) == "3 multi-views were measured, kept 3 by files"
 
 
 class InterruptsAtTheEnd(ScriptedOutput):
@@ -231,6 +233,19 @@ def test_the_folder_shows_its_last_frame(tmp_path: Path):
     empty = CaptureFolder(tmp_path / "none", camera.run)
     empty.close()
     assert [path.name for path in (tmp_path / "none").iterdir()] == ["frames.jsonl"]
+
+
+def test_the_folder_knows_who_captured_it_and_with_what(tmp_path: Path):
+    camera, _ = tiny_rig()
+    wanted = CaptureRequest(1, None, tmp_path / "out", note="cold", tags=("night",))
+    with camera:
+        capture_depth(camera, wanted, lambda *_: None)
+        serial = camera.identity["serial"]
+    made = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert (made["note"], made["tags"], made["unit"]) == ("cold", ["night"], "")
+    assert made["devices"]["camera"]["serial"] == serial
+    assert made["profile"]["name"] == made["rig"] == camera.run.profile.name
+    assert {"user", "host", "command", "versions"} <= set(made)
 
 
 SLOPES = (
