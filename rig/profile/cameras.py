@@ -83,9 +83,9 @@ class SimCameraConfig(CameraConfig):
 
     kind: Literal["sim"]
     """Selects the simulated camera."""
-    width_px: int = Field(ge=16)
+    width_px: int = Field(ge=16, le=16384)
     """Image width."""
-    height_px: int = Field(ge=16)
+    height_px: int = Field(ge=16, le=16384)
     """Image height."""
     exposure_s: Positive = 0.008
     """Exposure time of every view."""
@@ -148,9 +148,9 @@ class OakCameraConfig(CameraConfig):
     sockets: dict[str, Annotated[str, Field(pattern=r"^([^/\s]+/)?CAM_[A-J]$")]]
     """By view name: the board socket of its sensor, as `CAM_B`. Where a rig has several devices,
     `DEVICE/CAM_B` names the one that is not `device`."""
-    width_px: int = Field(ge=16)
+    width_px: int = Field(ge=16, le=16384)
     """Image width."""
-    height_px: int = Field(ge=16)
+    height_px: int = Field(ge=16, le=16384)
     """Image height."""
     pixels: Literal["gray8", "raw10"] = "gray8"
     """`gray8`: 8 bit through the image processor; `raw10`: 10 bit as the sensor gives them, for

@@ -34,9 +34,9 @@ class V4l2CameraConfig(CameraConfig):
     devices: dict[str, str]
     """By view name: the path of its device, best in `/dev/v4l/by-path/` (named by the USB socket)
     or `/dev/v4l/by-id/` (named by the serial number): `/dev/video0` changes between starts."""
-    width_px: int = Field(ge=16)
+    width_px: int = Field(ge=16, le=16384)
     """Image width, as the devices offer it."""
-    height_px: int = Field(ge=16)
+    height_px: int = Field(ge=16, le=16384)
     """Image height, as the devices offer it."""
     rate_hz: Positive
     """Frames per second, as the devices offer it (within 0.5 %: 30 takes 29.97)."""

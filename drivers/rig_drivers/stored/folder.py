@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import cast
 
 import cv2
-import numpy as np
-from numpy.typing import NDArray
 
 from rig.devices import Clock
 from rig.errors import ConfigError, DeviceLostError, DeviceNotFoundError
 from rig.frames import Frame, GreyImage, MultiView
+from rig.pictures import PictureError, decoded
 from rig.profile import FolderCameraConfig, ViewConfig
 from rig_drivers.stored.camera import StoredCamera
 from rig_drivers.stored.video import SUFFIXES, StoredVideo
@@ -144,18 +143,17 @@ class _Stored:
 def _read_grey(path: Path) -> GreyImage:
     """Read PNG, JPEG, TIFF, PGM and the like as grey, 8 or 16 bit as stored."""
     try:
-        data = np.frombuffer(path.read_bytes(), np.uint8)
+        image = decoded(path.read_bytes())
     except OSError as error:
         raise DeviceLostError(
             _NAME, f"{path} cannot be read: {error.strerror}", advice="check permissions and disk"
         ) from error
-    image: NDArray[np.generic] | None = (
-        cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
-    )
-    if image is None:
+    except PictureError as error:
         raise DeviceLostError(
-            _NAME, f"{path} is no image or is damaged", advice="replace or remove it"
-        )
+            _NAME,
+            f"{path} is no image or is damaged: it {error}",
+            advice="replace or remove it",
+        ) from error
     if image.dtype.name not in _DEPTHS:
         raise DeviceLostError(_NAME, f"{path} holds {image.dtype}", advice="8 or 16 bit is needed")
     grey = cast("GreyImage", image)
