@@ -31,6 +31,11 @@ class Location:
             return None
         return Path(self.url.database)
 
+    @property
+    def is_server(self) -> bool:
+        """Whether it is a PostgreSQL server."""
+        return self.url.get_backend_name() == "postgresql"
+
 
 def locate(url: str | None, environment: Mapping[str, str]) -> Location:
     """Decide where to store.
@@ -65,7 +70,10 @@ def locate(url: str | None, environment: Mapping[str, str]) -> Location:
 
 def _parse(text: str) -> URL:
     try:
-        return make_url(text)
+        url = make_url(text)
+        # Without a driver SQLAlchemy takes an older one, which is none of the extra `postgres`.
+        is_plain = url.drivername in {"postgresql", "postgres"}
+        return url.set(drivername="postgresql+psycopg") if is_plain else url
     except (ArgumentError, ValueError) as error:
         # The text itself is not shown: it may hold a password.
         raise StoreError(
