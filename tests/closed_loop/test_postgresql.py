@@ -157,7 +157,7 @@ def test_a_restart_under_every_verb(
     resumed = rig("sweep", "sim", "--resume", "--json", *as_options())
     assert resumed.code in (0, 3), resumed.err
     points = resumed.json["points"]
-    assert len(points) == 8, points
+    assert len(points) == 9
     assert all(point["samples"] == 1 for point in points)
     for verb in (("history",), ("report", "1"), ("fit", "1"), ("export", "1", "--format", "csv")):
         server.restart()
