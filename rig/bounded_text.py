@@ -14,17 +14,21 @@ _LONG_KEY = re.compile(r"(?<![\w'\"-])(?:[\w'\"-]++[ \t]*+\.[ \t]*+){20}")
 """Every part of a dotted key is a table in a table."""
 
 
-def read_text(path: Path) -> str:
+def read_text(path: Path, most: int = MOST_BYTES) -> str:
     """Return the text of a file.
+
+    Args:
+        path: of the file.
+        most: bytes that any such file has.
 
     Raises:
         StoreError: it cannot be read.
         FormatError: it is no text, or larger than any such file is.
     """
-    content = read_bytes(path, most=MOST_BYTES)
-    if len(content) > MOST_BYTES:
+    content = read_bytes(path, most=most)
+    if len(content) > most:
         raise FormatError(
-            f"{path}: larger than {MOST_BYTES / 1e6:g} MB, which no such file is",
+            f"{path}: larger than {most / 1e6:g} MB, which no such file is",
             advice="give a file of the named format",
         )
     try:
