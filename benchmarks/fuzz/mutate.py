@@ -1,5 +1,6 @@
 """Changes of valid inputs that keep most of their structure."""
 
+import copy
 import json
 import random
 import re
@@ -101,7 +102,7 @@ def _branch(rng: random.Random, place: Any) -> Any:
         return place
     if isinstance(place, float) and rng.random() < 0.5:
         return rng.choice((-place, place * 1e6, place * 1e-6, place + 1.0, 0.0, str(place)))
-    return rng.choice(VALUES)
+    return copy.deepcopy(rng.choice(VALUES))
 
 
 def as_json(rng: random.Random, valid: Any) -> str:

@@ -130,7 +130,7 @@ def _read_cameras(path: Path) -> dict[str, CameraModel]:
         where = f"{path}: camera {words[0][:40]}"
         if len(words) < 4 or words[1] not in _MODELS:
             raise FormatError(
-                f"{where}: camera model {words[1][:40] if len(words) > 1 else 'none'} is not known here",
+                f"{where}: camera model {words[1] if len(words) > 1 else 'none'} is not known here",
                 advice=f"known are {', '.join(_MODELS)}; refine with one of these in COLMAP "
                 "(Bundle adjustment, or --ImageReader.camera_model OPENCV)",
             )
