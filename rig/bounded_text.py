@@ -10,6 +10,8 @@ from rig.files import read_bytes
 
 MOST_BYTES = 4_000_000
 """Of a file that people or other programs write; the largest real ones have a tenth of it."""
+_MOST_VALUES = 20_000
+"""Of a TOML text; a profile of forty views has some hundreds. Reading them takes half a second."""
 _LONG_KEY = re.compile(r"(?<![\w'\"-])(?:[\w'\"-]++[ \t]*+\.[ \t]*+){20}")
 """Every part of a dotted key is a table in a table."""
 
@@ -47,6 +49,8 @@ def parse_toml(text: str) -> dict[str, Any]:
     """
     if _LONG_KEY.search(text):
         raise ValueError("a key of more than 20 parts")
+    if sum(map(text.count, "=[,")) > _MOST_VALUES:
+        raise ValueError(f"more than {_MOST_VALUES} keys and values")
     try:
         return tomllib.loads(text)
     except RecursionError as error:

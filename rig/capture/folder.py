@@ -39,7 +39,7 @@ class CaptureFolder:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._lock = FolderLock(folder)  # another capture into it would mix with this one
-            self._facts = open(folder / FACTS, "w", encoding="utf-8", opener=no_link)  # noqa: PTH123
+            self._facts = open(folder / FACTS, "w", encoding="utf-8", opener=no_link)  # noqa: SIM115
         except OSError as error:
             raise StoreError(
                 f"capture folder {folder}: cannot be written: {error.strerror}",

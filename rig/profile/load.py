@@ -19,8 +19,6 @@ from rig.profile.stages import StageConfig
 from rig.profile.wording import merged, wording
 
 _MOST_ERRORS_SHOWN = 3
-MOST_BYTES = 200_000
-"""Of a profile; one of forty views has a tenth of it."""
 
 
 def find_profile(name_or_path: str) -> Path:
@@ -85,7 +83,7 @@ def parse_profile(data: object, *, source: str) -> Profile:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        data = parse_toml(read_text(path, MOST_BYTES))
+        data = parse_toml(read_text(path))
     except (StoreError, FormatError) as error:
         raise ConfigError(error.found, advice=error.advice) from error
     except ValueError as error:
