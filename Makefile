@@ -22,7 +22,7 @@ $(BIN)/python:
 
 # The demo needs less than the developers do, so it installs less.
 $(DEMO_READY): EXTRAS := sim,report
-$(READY): EXTRAS := sim,report,parquet,oak,ros,foxglove,dev,docs
+$(READY): EXTRAS := sim,report,parquet,oak,ros,foxglove,postgres,dev,docs
 $(DEMO_READY) $(READY): pyproject.toml constraints.txt | $(BIN)/python
 	@echo "installing rig into .venv (once; a few minutes on a slow line) ..."
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[$(EXTRAS)]'

@@ -16,6 +16,7 @@ _OF_SYSTEM = {
     errno.EROFS: READ_ONLY,
     errno.EACCES: READ_ONLY,
     errno.EPERM: READ_ONLY,
+    errno.ELOOP: ("a symbolic link is at its place", "remove the link"),
 }
 
 

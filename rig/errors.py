@@ -245,7 +245,16 @@ class FormatError(RigError):
     def __init__(
         self, found: str, *, advice: str = "give another file, or correct this one"
     ) -> None:
-        super().__init__(found, advice=advice)
+        super().__init__(found if len(found) <= _MOST_SIGNS else _shortened(found), advice=advice)
+
+
+_MOST_SIGNS = 600
+"""Of what a file is told to hold; a name in it can have any length."""
+
+
+def _shortened(text: str) -> str:
+    half = _MOST_SIGNS // 2
+    return f"{text[:half]} ... {text[-half:]}"
 
 
 class OutputError(RigError):

@@ -65,6 +65,17 @@ def sync_file(file: Path) -> None:
         os.fsync(opened.fileno())
 
 
+def no_link(path: str, flags: int) -> int:
+    """Open a file to write, for the `opener` of `open`; a symbolic link at its place is refused.
+
+    What an output folder holds may come from somebody else; a link in it must not lead out.
+
+    Raises:
+        OSError: it cannot be opened, or is a link.
+    """
+    return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0), 0o666)
+
+
 def sync_folder(folder: Path) -> None:
     """Make names in a folder survive a power cut; Windows has no such call and needs none.
 
@@ -86,7 +97,7 @@ def sync_folder(folder: Path) -> None:
 def _put(path: Path, content: bytes, *, survives_power_cut: bool, mode: int | None = None) -> None:
     beside = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        with beside.open("wb") as file:
+        with open(beside, "wb", opener=no_link) as file:
             if mode is not None:
                 beside.chmod(mode)
             file.write(content)

@@ -19,6 +19,8 @@ from rig.owner import Owner, owned
 
 LOCK_FILE = ".owner.json"
 _FAR_BYTE = 1 << 30
+_NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+"""A link in a folder from elsewhere would have the file it leads to emptied."""
 _TRIES = 100
 """So often a lock may be let go of between opening and locking it."""
 
@@ -99,7 +101,7 @@ class FolderLock:
 
     def _taken(self, mode: int) -> IO[bytes]:
         for _ in range(_TRIES):
-            file = os.fdopen(os.open(self._path, os.O_RDWR | os.O_CREAT, mode), "r+b")
+            file = os.fdopen(os.open(self._path, os.O_RDWR | os.O_CREAT | _NO_LINK, mode), "r+b")
             try:
                 _lock(file)
             except BlockingIOError:

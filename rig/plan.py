@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from rig.errors import ConfigError, StageLimitError
+from rig.limits import MOST_STOPS
 
 Role = Literal["fit", "holdout"]
 Direction = Literal["forward", "backward"]
@@ -63,12 +64,17 @@ def plan_stops(
         stage: name of the stage for messages.
 
     Raises:
-        ConfigError: no distance, one that is not a number, or the same one twice.
+        ConfigError: no distance, one that is not a number, the same one twice, or too many.
         StageLimitError: a distance lies outside the travel; nothing has moved.
     """
     if not distances_mm or not all(math.isfinite(d) for d in distances_mm):
         raise ConfigError(
             f"asked for distances {list(distances_mm)} mm", advice="give finite numbers in mm"
+        )
+    if len(distances_mm) > MOST_STOPS:
+        raise ConfigError(
+            f"asked for {len(distances_mm)} distances, most are {MOST_STOPS}",
+            advice="give fewer; a curve needs some twenty",
         )
     ordered = sorted(float(d) for d in distances_mm)
     for near_mm, far_mm in itertools.pairwise(ordered):

@@ -13,6 +13,7 @@ from rig.depth import (
     write_picture_png,
 )
 from rig.errors import StoreError
+from rig.files import no_link
 from rig.folder_lock import FolderLock
 from rig.live.captured import CAMERA, FACTS
 from rig.live.frame import DepthFrame
@@ -41,7 +42,7 @@ class CaptureFolder:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._lock = FolderLock(folder)  # another capture into it would mix with this one
-            self._facts = (folder / FACTS).open("w", encoding="utf-8")
+            self._facts = open(folder / FACTS, "w", encoding="utf-8", opener=no_link)  # noqa: SIM115
         except OSError as error:
             raise StoreError(
                 f"capture folder {folder}: cannot be written: {error.strerror}",

@@ -12,8 +12,6 @@ from rig.cli.words import (
     sweep_numbers,
 )
 
-MOST_STOPS = 10_000
-MOST_SAMPLES = 1_000
 MOST_FRAMES = 1_000_000
 
 

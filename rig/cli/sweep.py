@@ -9,8 +9,6 @@ import typer
 from rig.cli.conclusion import show_result
 from rig.cli.next_verb import tell_next
 from rig.cli.options import (
-    MOST_SAMPLES,
-    MOST_STOPS,
     AsJson,
     CalibrationChoice,
     DatabaseUrl,
@@ -22,6 +20,7 @@ from rig.cli.options import (
 )
 from rig.cli.output import show, show_json, table, tell
 from rig.cli.page_options import View, ViewHost, ViewPort, page_request, sweep_page
+from rig.limits import MOST_SAMPLES, MOST_STOPS
 
 if TYPE_CHECKING:
     from rig.plan import Stop

@@ -8,6 +8,8 @@ from sqlalchemy import String, Text
 from sqlalchemy.engine import Dialect
 from sqlalchemy.types import TypeDecorator
 
+from rig.errors import StoreError
+
 
 def canonical_json(value: object) -> str:
     """Return JSON that is equal whenever the value is equal; numbers keep every digit.
@@ -32,8 +34,25 @@ class CanonicalJson(TypeDecorator[dict[str, object]]):
         return None if value is None else canonical_json(value)
 
     def process_result_value(self, value: str | None, dialect: Dialect) -> dict[str, object] | None:
-        """Read it back."""
-        return None if value is None else cast("dict[str, object]", json.loads(value))
+        """Read it back.
+
+        Raises:
+            StoreError: the cell holds no JSON object.
+        """
+        if value is None:
+            return None
+        try:
+            found = json.loads(value)
+        except (ValueError, TypeError, RecursionError) as error:
+            raise _damaged("a JSON object", value) from error
+        if not isinstance(found, dict):
+            raise _damaged("a JSON object", value)
+        return cast("dict[str, object]", found)
+
+    @property
+    def python_type(self) -> type[dict[str, object]]:
+        """What a loaded cell is."""
+        return dict
 
 
 class UtcTime(TypeDecorator[datetime]):
@@ -51,5 +70,31 @@ class UtcTime(TypeDecorator[datetime]):
         return value.astimezone(UTC).isoformat(timespec="microseconds")
 
     def process_result_value(self, value: str | None, dialect: Dialect) -> datetime | None:
-        """Read it back, with its zone."""
-        return None if value is None else datetime.fromisoformat(value)
+        """Read it back, with its zone.
+
+        Raises:
+            StoreError: the cell holds no moment, or one without a zone.
+        """
+        if value is None:
+            return None
+        try:
+            found = datetime.fromisoformat(value)
+        except (ValueError, TypeError) as error:
+            raise _damaged("a moment", value) from error
+        if found.tzinfo is None:
+            raise _damaged("a moment with its zone", value)
+        return found
+
+    @property
+    def python_type(self) -> type[datetime]:
+        """What a loaded cell is."""
+        return datetime
+
+
+def _damaged(wanted: str, found: object) -> StoreError:
+    text = repr(found)
+    shown = text if len(text) <= 40 else f"{text[:37]}..."
+    return StoreError(
+        f"the database is damaged: {wanted} belongs where {shown} is",
+        advice="bring it back from a copy",
+    )

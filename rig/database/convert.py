@@ -130,7 +130,21 @@ def measurement_row(measurement: Measurement) -> MeasurementRow:
 
 
 def measurement_value(row: MeasurementRow) -> Measurement:
-    """Return a measurement."""
+    """Return a measurement.
+
+    Raises:
+        StoreError: its row holds what no measurement does.
+    """
+    try:
+        return _measurement_value(row)
+    except ValueError as error:
+        raise StoreError(
+            f"the database is damaged: the measurement of row {row.sample_id}: {error}",
+            advice="run rig fit on its sweep",
+        ) from error
+
+
+def _measurement_value(row: MeasurementRow) -> Measurement:
     plane = None
     if row.plane_a_px is not None and row.plane_b is not None and row.plane_c is not None:
         plane = (row.plane_a_px, row.plane_b, row.plane_c)

@@ -24,6 +24,7 @@ from rig.errors import StoreError
 from rig.file_modes import FileModes
 from rig.files import make_folder, sync_folder
 from rig.frames import Frame, GreyImage, MultiView
+from rig.pictures import PictureError, decoded
 from rig.plan import Stop
 from rig.records import StoredFrame
 
@@ -164,13 +165,28 @@ def _read_one(folder: Path, frame: StoredFrame) -> Frame:
             f"({len(content)} bytes, wrong SHA-256)",
             advice="bring it back from a copy",
         )
-    image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     return Frame(
         view=frame.view,
-        image=cast("GreyImage", image),
+        image=_grey(path, content),
         timestamp_s=frame.timestamp_s,
         sequence=frame.sequence,
         exposure_s=frame.exposure_s,
         bits=frame.bits,
         uncertainty_s=frame.uncertainty_s,
     )
+
+
+def _grey(path: Path, content: bytes) -> GreyImage:
+    """Return the pixels of a stored image; its row may come from anywhere, also with its hash."""
+    try:
+        image = decoded(content)
+    except PictureError as error:
+        raise StoreError(
+            f"{path}: the image {error}", advice="bring it back from a copy"
+        ) from error
+    if image.ndim != 2 or image.dtype not in (np.uint8, np.uint16):
+        raise StoreError(
+            f"{path}: holds {image.shape} of {image.dtype}, stored images are grey of 8 or 16 bit",
+            advice="bring it back from a copy",
+        )
+    return cast("GreyImage", image)

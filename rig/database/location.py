@@ -35,6 +35,11 @@ class Location:
             return None
         return Path(self.url.database)
 
+    @property
+    def is_server(self) -> bool:
+        """Whether it is a PostgreSQL server."""
+        return self.url.get_backend_name() == "postgresql"
+
 
 def locate(url: str | None, environment: Mapping[str, str]) -> Location:
     """Decide where to store.
@@ -73,7 +78,10 @@ def _parse(text: str) -> URL:
     authority, slash, path = rest.partition("/")
     before, at, host = authority.rpartition("@")
     try:
-        return make_url(f"{scheme}{marks}{before.replace('@', '%40')}{at}{host}{slash}{path}")
+        url = make_url(f"{scheme}{marks}{before.replace('@', '%40')}{at}{host}{slash}{path}")
+        # Without a driver SQLAlchemy takes an older one, which is none of the extra `postgres`.
+        is_plain = url.drivername in {"postgresql", "postgres"}
+        return url.set(drivername="postgresql+psycopg") if is_plain else url
     except (ArgumentError, ValueError) as error:
         # The text itself is not shown: it may hold a password.
         raise StoreError(

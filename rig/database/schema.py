@@ -9,6 +9,7 @@ from sqlalchemy.exc import NoSuchModuleError
 from sqlalchemy.pool import StaticPool
 
 from rig.database.location import Location
+from rig.database.postgresql import open_server, take_turns
 from rig.database.tables import Row
 from rig.database.trouble import explained
 from rig.errors import StoreError
@@ -77,6 +78,8 @@ def _make_private(file: Path, mode: int) -> None:
 
 def _create(location: Location, *, prepared: bool = True) -> Engine:
     try:
+        if location.is_server:
+            return open_server(location.url)
         engine = create_engine(location.url)
     except NoSuchModuleError as error:
         kind = location.url.drivername
@@ -85,7 +88,8 @@ def _create(location: Location, *, prepared: bool = True) -> Engine:
         ) from error
     except ModuleNotFoundError as error:
         raise StoreError(
-            f"{location}: the Python driver {error.name} is not installed", advice="pip install it"
+            f"{location}: the Python driver {error.name} is not installed",
+            advice="pip install 'epirig[postgres]'" if location.is_server else "pip install it",
         ) from error
     if location.file is not None:
         event.listen(engine, "connect", _prepare_sqlite if prepared else _prepare_to_rewrite)
@@ -152,6 +156,8 @@ def upgrade(location: Location) -> None:
     engine = _create(location, prepared=False)
     try:
         with writing(engine).begin() as connection:
+            if location.is_server:
+                take_turns(connection)
             migrate(connection)
     finally:
         engine.dispose()

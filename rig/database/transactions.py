@@ -4,13 +4,18 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
-from sqlalchemy import Engine
+from sqlalchemy import Engine, event
 from sqlalchemy.orm import Session
 
+from rig.database.cells import require_sound
 from rig.database.location import Location
 from rig.database.schema import writing
+from rig.database.tables import Row
 from rig.database.trouble import explained
 from rig.errors import StoreError
+
+for _moment in ("load", "refresh"):
+    event.listen(Row, _moment, lambda row, *_: require_sound(row), propagate=True)
 
 
 class Transactions:

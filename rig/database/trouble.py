@@ -1,11 +1,13 @@
 """What goes wrong with databases, each in one line with a way out."""
 
+import re
 import sqlite3
 from collections.abc import Generator
 from contextlib import contextmanager
 
-from sqlalchemy.exc import SQLAlchemyError, StatementError
+from sqlalchemy.exc import DBAPIError, SQLAlchemyError, StatementError
 
+from rig.database.postgresql import BY_STATE, GONE
 from rig.disk import FULL, READ_ONLY, disk_explained
 from rig.errors import StoreError
 from rig.secrets import without_secrets
@@ -28,6 +30,7 @@ _OF_SQLITE = {
     "SQLITE_IOERR": ("reading or writing failed", "look whether the disk is full, gone or failing"),
 }
 
+_REFUSED = re.compile(r"FATAL:\s+(.*)")
 _DAMAGED = _OF_SQLITE["SQLITE_CORRUPT"]
 
 
@@ -51,6 +54,11 @@ def explained(doing: str, place: object) -> Generator[None]:
     except UnicodeDecodeError as error:  # a text of the file, or what SQLite says of one
         found, advice = _DAMAGED
         raise StoreError(f"{place}: cannot {doing}: {found}", advice=advice) from error
+    except UnicodeEncodeError as error:
+        raise StoreError(
+            f"{place}: cannot {doing}: a text holds what is no character",
+            advice="write names and notes in UTF-8",
+        ) from error
 
 
 def _found_by_database(error: SQLAlchemyError | sqlite3.Error) -> tuple[str, str]:
@@ -62,5 +70,15 @@ def _found_by_database(error: SQLAlchemyError | sqlite3.Error) -> tuple[str, str
         for beginning, found in _OF_SQLITE.items():
             if name.startswith(beginning):
                 return found
-    first_line = without_secrets(str(cause)).partition("\n")[0]
+    if (state := getattr(cause, "sqlstate", None)) in BY_STATE:
+        return BY_STATE[state]
+    text = without_secrets(str(cause))
+    refused = _REFUSED.search(text)  # it was reached
+    if isinstance(error, DBAPIError) and not refused:
+        is_of_server = type(cause).__module__.startswith("psycopg")
+        if error.connection_invalidated or (is_of_server and "connection" in text):
+            return GONE
+    if refused is not None:
+        return f"the server answers: {refused[1]}", "check address, user and database of --db"
+    first_line = text.partition("\n")[0]
     return f"the database answers: {first_line}", "check it, or choose another with --db"

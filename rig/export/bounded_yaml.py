@@ -8,6 +8,8 @@ from yaml.constructor import ConstructorError
 
 _DEEPEST = 40
 """Nested lists and mappings; calibrations have five."""
+_MOST_NODES = 10_000
+"""Values; a calibration of forty cameras has two thousand. Each takes some 0.1 ms and 1 kB."""
 _LONGEST_NUMBER = 400
 """Characters; a double needs less than 30."""
 
@@ -18,10 +20,15 @@ class BoundedLoader(yaml.SafeLoader):
     def __init__(self, text: str) -> None:
         super().__init__(text)
         self._depth = 0
+        self._nodes = 0
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         """Count how deep it is."""
         self._depth += 1
+        self._nodes += 1
+        if self._nodes > _MOST_NODES:
+            mark = self.peek_event().start_mark
+            raise ComposerError(None, None, f"more than {_MOST_NODES} values", mark)
         if self._depth > _DEEPEST:
             mark = self.peek_event().start_mark
             raise ComposerError(None, None, f"more than {_DEEPEST} levels deep", mark)

@@ -23,6 +23,7 @@ from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 
 _HALF_PX = 0.5
+_MOST_VIEWS = 1_000
 _MODELS: dict[str, tuple[LensModel, int]] = {
     "SIMPLE_PINHOLE": ("none", 3),
     "PINHOLE": ("none", 4),
@@ -78,11 +79,16 @@ def read(folder: Path) -> RigGeometry:
     poses: list[Pose] = []
     # Every image has two lines, the second of which (its points) may be empty.
     lines = [line for line in read_text(path).splitlines() if not line.startswith("#")]
+    if len(lines) > 2 * _MOST_VIEWS + 1:
+        raise FormatError(
+            f"{path}: holds {len(lines) // 2} images, rigs have {_MOST_VIEWS} views at most",
+            advice="export the images of one instant",
+        )
     for line in lines[::2]:
         words = line.split()
         if not words:
             continue
-        where = f"{path}: image {words[0]}"
+        where = f"{path}: image {words[0][:40]}"
         if len(words) < 10 or words[8] not in cameras:
             raise FormatError(f"{where}: expected 10 fields with a camera of cameras.txt")
         placed = _numbers(words[1:8], where)
@@ -114,11 +120,14 @@ def _parameters(camera: CameraModel) -> tuple[str, list[float]]:
 
 def _read_cameras(path: Path) -> dict[str, CameraModel]:
     cameras: dict[str, CameraModel] = {}
-    for line in read_text(path).splitlines():
+    lines = read_text(path).splitlines()
+    if len(lines) > _MOST_VIEWS:
+        raise FormatError(f"{path}: has {len(lines)} lines, rigs have {_MOST_VIEWS} views at most")
+    for line in lines:
         words = line.split()
         if not words or line.startswith("#"):
             continue
-        where = f"{path}: camera {words[0]}"
+        where = f"{path}: camera {words[0][:40]}"
         if len(words) < 4 or words[1] not in _MODELS:
             raise FormatError(
                 f"{where}: camera model {words[1] if len(words) > 1 else 'none'} is not known here",

@@ -29,6 +29,7 @@ _PERSPECTIVE, _FISHEYE = 0, 1
 _MM_PER_UNIT = {0: 1000.0, 1: 10.0, 2: 1.0}
 """By `lengthUnit`: metre, centimetre, millimetre."""
 _COEFFICIENTS = 14
+_MOST_BYTES = 1_000_000
 _VERSION = 7
 
 
@@ -125,7 +126,7 @@ def read(path: Path) -> RigGeometry:
 
 def _read(path: Path) -> fields.Fields:
     try:
-        content = json.loads(read_text(path))
+        content = json.loads(read_text(path, _MOST_BYTES))
     except (ValueError, RecursionError) as error:
         raise FormatError(f"{path}: is no JSON: {error}") from error
     return fields.mapping(content, str(path))

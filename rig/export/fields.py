@@ -54,7 +54,7 @@ def mapping(value: object, where: str) -> Fields:
 def field(fields: Fields, name: str, where: str) -> object:
     """Return one field, or raise FormatError naming it."""
     if name not in fields:
-        present = ", ".join(list(fields)[:8]) or "none"
+        present = ", ".join(str(key)[:40] for key in list(fields)[:8]) or "none"
         raise FormatError(f"{where}: has no {name}", advice=f"its fields are {present}")
     return fields[name]
 

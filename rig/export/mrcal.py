@@ -6,6 +6,7 @@ OPENCV8. Format: mrcal documentation, "cameramodel file formats".
 """
 
 import ast
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -24,6 +25,8 @@ from rig.geometry.rig_geometry import RigGeometry
 
 SUFFIX = ".cameramodel"
 
+_MOST_ENTRIES = 20_000
+"""A splined model has some thousands."""
 _MODEL_OF: dict[LensModel, str] = {
     "none": "LENSMODEL_PINHOLE",
     "brown5": "LENSMODEL_OPENCV5",
@@ -109,10 +112,21 @@ def read(folder: Path) -> RigGeometry:
 
 def _read_one(path: Path) -> tuple[CameraModel, Pose]:
     where = str(path)
+    text = read_text(path).strip()
+    if text.count(",") > _MOST_ENTRIES:  # the parser takes half a kilobyte for each
+        raise FormatError(f"{path}: has more than {_MOST_ENTRIES} entries, no camera model has")
     try:
-        # A literal only: nothing of the file is ever run.
-        content = ast.literal_eval(read_text(path).strip())
-    except (ValueError, SyntaxError, TypeError, MemoryError, RecursionError) as error:
+        with warnings.catch_warnings(action="error"):  # the parser's own words to a programmer
+            # A literal only: nothing of the file is ever run.
+            content = ast.literal_eval(text)
+    except (
+        SyntaxWarning,
+        ValueError,
+        SyntaxError,
+        TypeError,
+        MemoryError,
+        RecursionError,
+    ) as error:
         raise FormatError(
             f"{path}: is no mrcal camera model ({error.__class__.__name__})"
         ) from error

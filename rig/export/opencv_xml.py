@@ -8,6 +8,7 @@ from rig.errors import FormatError
 from rig.export.fields import Fields, mapping
 
 _MATRIX = "opencv-matrix"
+_MOST_BYTES = 1_000_000
 
 
 def read_xml(path: Path) -> Fields:
@@ -17,7 +18,7 @@ def read_xml(path: Path) -> Fields:
         StoreError: it cannot be read.
         FormatError: it is no XML of OpenCV, or defines entities, which no such file does.
     """
-    text = read_text(path)
+    text = read_text(path, _MOST_BYTES)
     if "<!" in text.replace("<!--", ""):
         raise FormatError(
             f"{path}: defines entities or a document type",
@@ -34,7 +35,10 @@ def read_xml(path: Path) -> Fields:
             f"{path}: its root is {root.tag}, expected opencv_storage",
             advice="give a file of OpenCV's FileStorage",
         )
-    return mapping(_value(root), str(path))
+    try:
+        return mapping(_value(root), str(path))
+    except RecursionError as error:
+        raise FormatError(f"{path}: is nested too deep") from error
 
 
 def _value(node: ElementTree.Element) -> object:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +16,7 @@ from rig.errors import CalibrationError, FormatError, StoreError
 from rig.files import read_bytes
 from rig.frames import GreyImage, MultiView
 from rig.geometry.pinhole import Pinhole
+from rig.pictures import PictureError, decoded
 from rig.recording import recorded
 
 FACTS = "frames.jsonl"
@@ -112,8 +112,8 @@ class CapturedFrame:
             StoreError: it is a recording, or there is no such file.
         """
         path = self._map("label", "png")
-        label = _decoded(path)
-        if label is None or label.ndim != 2 or label.dtype != np.uint8:
+        label = _decoded(path, "picture of labels")
+        if label.ndim != 2 or label.dtype != np.uint8:
             raise StoreError(f"{path}: is no picture of labels", advice="capture again")
         found = np.array(label, np.uint8)
         if self.facts.get("sigma_unit") == "mm":
@@ -132,8 +132,8 @@ class CapturedFrame:
         path = self._map("image", "png")
         if not path.is_file():
             return None
-        image = _decoded(path)
-        if image is None or image.ndim != 2 or str(image.dtype) not in ("uint8", "uint16"):
+        image = _decoded(path, "grey picture")
+        if image.ndim != 2 or str(image.dtype) not in ("uint8", "uint16"):
             raise StoreError(f"{path}: is no grey picture", advice="capture again")
         return cast("GreyImage", image)
 
@@ -149,8 +149,8 @@ class CapturedFrame:
         path = self._map("colour", "png")
         if not path.is_file():
             return None
-        image = _decoded(path)
-        if image is None or image.shape[2:] != (3,) or image.dtype != np.uint8:
+        image = _decoded(path, "8-bit picture in colour")
+        if image.shape[2:] != (3,) or image.dtype != np.uint8:
             raise StoreError(f"{path}: is no 8-bit picture in colour", advice="capture again")
         return np.ascontiguousarray(image[..., ::-1], np.uint8)
 
@@ -231,10 +231,12 @@ def _of_folder(folder: Path, facts: bytes, pinhole: Pinhole | None) -> Iterator[
             ) from error
 
 
-def _decoded(path: Path) -> NDArray[np.generic] | None:
-    """Return the pixels of a picture as OpenCV orders them; None where it is none."""
-    encoded = np.frombuffer(read_bytes(path), np.uint8)
-    return cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED) if encoded.size else None
+def _decoded(path: Path, wanted: str) -> NDArray[np.generic]:
+    """Return the pixels of a picture as OpenCV orders them; `wanted` is what it is to be."""
+    try:
+        return decoded(read_bytes(path))
+    except PictureError as error:
+        raise StoreError(f"{path}: is no {wanted}: it {error}", advice="capture again") from error
 
 
 def _pinhole(path: Path) -> Pinhole | None:

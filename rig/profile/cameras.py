@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from rig.profile.model import Model, NotNegative, Positive
 from rig.profile.parts import PartConfig, by_source, require_parts
 
-PictureSide = Annotated[int, Field(ge=16)]
+PictureSide = Annotated[int, Field(ge=16, le=16384)]
 
 
 class NoiseConfig(Model):
@@ -96,9 +96,9 @@ class SimCameraConfig(CameraConfig):
 
     kind: Literal["sim"]
     """Selects the simulated camera."""
-    width_px: int = Field(ge=16)
+    width_px: int = Field(ge=16, le=16384)
     """Image width."""
-    height_px: int = Field(ge=16)
+    height_px: int = Field(ge=16, le=16384)
     """Image height."""
     sizes_px: dict[str, tuple[PictureSide, PictureSide]] = Field(default_factory=dict)
     """By view name: width and height, of every view, where they differ."""

@@ -4,6 +4,7 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
+from rig.limits import MOST_SAMPLES, MOST_STOPS
 from rig.profile.by_kind import CameraSection, StageSection
 from rig.profile.model import Model, NotNegative, Positive, Span
 from rig.profile.processing import ProcessingConfig
@@ -19,9 +20,9 @@ class SweepConfig(Model):
     """First distance, visited."""
     to_mm: Positive
     """Last distance, visited."""
-    count: int = Field(default=17, ge=2)
+    count: int = Field(default=17, ge=2, le=MOST_STOPS)
     """How many distances, both ends included."""
-    samples: int = Field(default=5, ge=1)
+    samples: int = Field(default=5, ge=1, le=MOST_SAMPLES)
     """Multi-views per stop."""
     holdout_every: int = Field(default=4, ge=0)
     """Every so-many-th distance is kept out of the fit and judges it; 0 keeps none."""

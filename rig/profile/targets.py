@@ -12,9 +12,9 @@ class CheckerboardConfig(Model):
 
     kind: Literal["checkerboard"]
     """Selects a checkerboard."""
-    columns: int = Field(ge=3)
+    columns: int = Field(ge=3, le=1000)
     """Inner corners along the longer side."""
-    rows: int = Field(ge=3)
+    rows: int = Field(ge=3, le=1000)
     """Inner corners along the shorter side."""
     square_mm: Positive
     """Side of one square."""
@@ -25,9 +25,9 @@ class CharucoConfig(Model):
 
     kind: Literal["charuco"]
     """Selects a ChArUco board."""
-    squares_across: int = Field(ge=3)
+    squares_across: int = Field(ge=3, le=1000)
     """Squares in a row: one more than inner corners."""
-    squares_down: int = Field(ge=3)
+    squares_down: int = Field(ge=3, le=1000)
     """Squares in a column."""
     square_mm: Positive
     """Side of one square."""

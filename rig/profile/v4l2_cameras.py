@@ -40,9 +40,9 @@ class V4l2CameraConfig(CameraConfig):
     parts: dict[str, PartConfig] = Field(default={})
     """By view name: which part of the device's picture it is, as `"side-by-side:1"`; a view
     without a part is the whole picture."""
-    width_px: int = Field(ge=16)
+    width_px: int = Field(ge=16, le=16384)
     """Image width, as the devices offer it."""
-    height_px: int = Field(ge=16)
+    height_px: int = Field(ge=16, le=16384)
     """Image height, as the devices offer it."""
     rate_hz: Positive
     """Frames per second, as the devices offer it (within 0.5 %: 30 takes 29.97)."""

@@ -202,7 +202,7 @@ class WorldConfig(Model):
     """`fast`: simulated time passes as quickly as the computer can; `real`: it takes its time."""
     renderer: Literal["mitsuba", "analytic"] = "mitsuba"
     """`mitsuba` traces rays in a scene; `analytic` draws the board only, in closed form."""
-    samples_per_px: int = Field(default=16, ge=1)
+    samples_per_px: int = Field(default=16, ge=1, le=65536)
     """Rays per pixel."""
     sweep_scene: Literal["board", "desk"] = "board"
     """What the camera sees while a stage carries the board."""

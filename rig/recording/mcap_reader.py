@@ -128,7 +128,9 @@ class McapReader:
             channel = self._channels[number]
             schema = self._schemas.get(channel.schema_id, "")
             encoding = channel.message_encoding
-            yield StoredMessage(channel.topic, encoding, schema, content[MESSAGE.size :])
+            # A copy, which does not keep the whole chunk around it alive.
+            data = memoryview(bytes(content[MESSAGE.size :]))
+            yield StoredMessage(channel.topic, encoding, schema, data)
 
     def _unpacked(self, content: memoryview) -> memoryview:
         """Return the records of a chunk."""

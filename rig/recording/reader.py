@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from pydantic import ValidationError
 
@@ -12,6 +13,9 @@ from rig.recording.foxglove_messages import COLOUR
 from rig.recording.images import colour_of, image_of, in_short
 from rig.recording.index_message import TOPIC, MultiViewFacts
 from rig.recording.mcap_reader import McapReader, StoredMessage
+
+_MOST_UNPACKED: Final = 64 << 20
+"""So much more than the file has may the pictures of one multi-view have that it packs."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,9 +60,18 @@ def recorded(path: Path) -> Iterator[Recorded]:
 def _multiviews(reader: McapReader, path: Path) -> Iterator[Recorded]:
     images: dict[str, StoredMessage] = {}
     first: tuple[str, ...] | None = None
+    most = _MOST_UNPACKED + path.stat().st_size
     for message in reader.messages():
-        if message.topic != TOPIC:
+        if message.topic.endswith("/image"):
             images[message.topic] = message
+            held = sum(len(image.data) for image in images.values())
+            if held > most:
+                raise StoreError(
+                    f"{path}: is damaged: pictures of one multi-view of {held} bytes, most are "
+                    f"{most}",
+                    advice="record it again",
+                )
+        if message.topic != TOPIC:
             continue
         try:
             found = _multiview(bytes(message.data), images, first)

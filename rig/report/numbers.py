@@ -3,6 +3,9 @@
 import math
 
 UNKNOWN = "–"
+"""A number in a table."""
+NOT_KNOWN = "not known"
+"""Anything else."""
 
 
 def fixed(value: float | None, decimals: int) -> str:

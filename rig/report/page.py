@@ -16,12 +16,14 @@ from rig.report.curve_plots import holdout_figure, residual_figure, slope_figure
 from rig.report.epi import board_epis
 from rig.report.epi_plots import epi_figure
 from rig.report.evidence import Evidence, gather
+from rig.report.narrow import as_cards
 from rig.report.picture_plots import corner_figure, failure_figure
 from rig.report.scatter import EstimatorGap, direction_pairs, estimator_gaps, repeatability
 from rig.report.stop_plots import estimator_figure, repeat_figure, temperature_figure
 from rig.report.times import times_text
 from rig.secrets import HIDDEN, is_secret, value_without_secrets, without_secrets
 from rig.sweep.conclude import SweepResult
+from rig.sweep.misses import misses
 from rig.sweep.request import sweep_setup
 
 TEMPLATE, STYLE = "report.html.j2", "page.css"
@@ -56,6 +58,7 @@ def _render(evidence: Evidence) -> str:
         verdicts=_verdicts(fit),
         gates=result.gates,
         problems=[stop.problem for stop in result.stops if stop.problem is not None],
+        misses=misses(result.stops),
         repeatability=repeatability(result.stops, curve),
         pairs=direction_pairs(result.stops, curve),
         alarms=[gap for gap in gaps if gap.alarms],
@@ -73,11 +76,16 @@ def render_template(template: Traversable, **values: object) -> str:
         values: what it shows, by name; a name that it misses is an error.
     """
     environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        finalize=lambda value: numbers.NOT_KNOWN if value is None else value,
     )
     environment.filters |= _FILTERS
     style = (files("rig.report") / STYLE).read_text("utf-8")
-    return environment.from_string(template.read_text("utf-8")).render(style=style, **values)
+    page = environment.from_string(template.read_text("utf-8")).render(style=style, **values)
+    return as_cards(page)
 
 
 def flat_fields(content: Mapping[str, object], prefix: str = "") -> list[tuple[str, str]]:
@@ -89,7 +97,8 @@ def flat_fields(content: Mapping[str, object], prefix: str = "") -> list[tuple[s
         elif isinstance(value, Mapping):
             lines += flat_fields(cast("Mapping[str, object]", value), f"{prefix}{key}.")
         else:
-            lines.append((f"{prefix}{key}", without_secrets(str(value))))
+            shown = numbers.NOT_KNOWN if value is None else without_secrets(str(value))
+            lines.append((f"{prefix}{key}", shown))
     return lines
 
 

@@ -11,6 +11,7 @@ from rig.stored import run_of_sweep, stored_profile
 from rig.sweep.alignment import Alignment, board_field, measure_alignment
 from rig.sweep.calibration_use import CalibrationUse, calibration_use
 from rig.sweep.gates import Gate, quality_gates
+from rig.sweep.misses import misses
 from rig.sweep.points import StopResult, stop_results, with_reading, without_field
 from rig.sweep.request import sweep_setup
 from rig.sweep.rows import rows_of_sweep
@@ -197,7 +198,7 @@ def _holdout(fit: CurveFit) -> dict[str, object]:
 
 def _failures(gates: tuple[Gate, ...], stops: tuple[StopResult, ...]) -> tuple[str, ...]:
     missed = (str(gate) for gate in gates if not gate.passed)
-    return (*missed, *(stop.problem for stop in stops if stop.problem is not None))
+    return (*missed, *misses(stops))
 
 
 def _epipolar(stops: tuple[StopResult, ...]) -> dict[str, float] | None:

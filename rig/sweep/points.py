@@ -98,6 +98,11 @@ def _stop_result(
     )
 
 
+def place_of(stop: Stop) -> str:
+    """Return how a stop is called in messages; what is wrong with it follows behind a colon."""
+    return f"stop {stop.index} at {stop.distance_mm:.1f} mm ({stop.direction})"
+
+
 def with_reading(stops: tuple[StopResult, ...], distance_sigma_mm: float) -> tuple[StopResult, ...]:
     """Have the slopes bear what distances are uncertain by (1 sigma); 0 changes nothing."""
     if not distance_sigma_mm:
@@ -200,7 +205,7 @@ def _problem(
     motion_px: float | None,
     max_motion_px: float,
 ) -> str | None:
-    place = f"stop {stop.index} at {stop.distance_mm:.1f} mm ({stop.direction})"
+    place = place_of(stop)
     for measurement in measured:
         if measurement is None:
             return f"{place}: not measured yet; run `rig fit` on this sweep"

@@ -1,17 +1,22 @@
 """One sweep from its job to its result: home, take, store, measure, conclude."""
 
+from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import replace
+from functools import partial
 
 from rig.database import Store, software_versions, this_program
 from rig.devices import SystemClock, stopped
 from rig.errors import ConfigError, CurveError, StoreError
+from rig.frames import Pictures
 from rig.hardware.opening import Hardware
 from rig.interrupts import Interrupted, Interrupts, saying
+from rig.measurement import Measurement
 from rig.progress import Progress, Tell
-from rig.records import Sweep
+from rig.records import Sample, Sweep
 from rig.sweep.conclude import SweepResult, conclude_sweep
 from rig.sweep.job import SweepJob
+from rig.sweep.measure_sample import measure_sample
 from rig.sweep.measuring_thread import MeasuringThread
 from rig.sweep.request import sweep_setup
 from rig.sweep.resume import measure_left_over, measure_old_distance_again
@@ -43,7 +48,7 @@ def sweep_and_conclude(
     with ExitStack() as owning:
         if job.sweep_id is not None:
             owning.enter_context(_ownership(job, store))
-        with Interrupts() as interrupts, MeasuringThread(job.run) as measuring:
+        with Interrupts() as interrupts, MeasuringThread(_measure(job)) as measuring:
             try:
                 job.run.require_unit(hardware.camera.identity)
                 tell("homing the stage")
@@ -177,6 +182,14 @@ def _begin(job: SweepJob, hardware: Hardware, store: Store) -> int:
     )
 
 
+def _measure(job: SweepJob) -> Callable[[Pictures], Measurement]:
+    return partial(measure_sample, job.run.profile, job.run.optics)
+
+
+def _read_back(store: Store, sample: Sample) -> Callable[[], Pictures]:
+    return lambda: store.load(sample).images
+
+
 def _take_all(
     job: SweepJob,
     hardware: Hardware,
@@ -216,7 +229,7 @@ def _take_all(
             multiview=new.multiview,
         )
         watcher.took(new, sample.key)
-        measuring.submit(sample.key, new.multiview.images)
+        measuring.submit(sample.key, new.multiview.images, _read_back(store, sample))
         finished = measuring.finished()
         store.save_measurements(sweep_id, finished)
         watcher.measured(finished)

@@ -81,6 +81,13 @@ def test_what_is_wrong_with_distances_is_told() -> None:
             plan(wrong)
 
 
+def test_ten_thousand_distances_are_the_most() -> None:
+    held, _ = visits(10_000, 0, 0)
+    assert held == []
+    with pytest.raises(ConfigError, match="asked for 10001 distances, most are 10000"):
+        visits(10_001, 0, 0)
+
+
 def test_two_distances_are_the_fewest() -> None:
     assert even_distances_mm(300.0, 100.0, 2) == (300.0, 100.0)
     assert even_distances_mm(0.0, 1.0, 5) == (0.0, 0.25, 0.5, 0.75, 1.0)

@@ -8,11 +8,11 @@ from typing import cast
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from rig.devices import Clock
 from rig.errors import ConfigError, DeviceLostError, DeviceNotFoundError
 from rig.frames import ColourImage, Frame, GreyImage, MultiView
+from rig.pictures import PictureError, decoded
 from rig.profile import FolderCameraConfig, Region, ViewConfig, regions_in
 from rig_drivers.split import cut
 from rig_drivers.stored.camera import StoredCamera
@@ -184,18 +184,17 @@ class _Stored:
 def _read(path: Path) -> _Picture:
     """Read PNG, JPEG, TIFF, PGM and the like as grey, 8 or 16 bit as stored, and its colour."""
     try:
-        data = np.frombuffer(path.read_bytes(), np.uint8)
+        image = decoded(path.read_bytes())
     except OSError as error:
         raise DeviceLostError(
             _NAME, f"{path} cannot be read: {error.strerror}", advice="check permissions and disk"
         ) from error
-    image: NDArray[np.generic] | None = (
-        cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
-    )
-    if image is None:
+    except PictureError as error:
         raise DeviceLostError(
-            _NAME, f"{path} is no image or is damaged", advice="replace or remove it"
-        )
+            _NAME,
+            f"{path} is no image or is damaged: it {error}",
+            advice="replace or remove it",
+        ) from error
     if image.dtype.name not in _DEPTHS:
         raise DeviceLostError(_NAME, f"{path} holds {image.dtype}", advice="8 or 16 bit is needed")
     found = cast("GreyImage", image)

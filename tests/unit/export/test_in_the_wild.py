@@ -275,3 +275,39 @@ def test_files_larger_than_any_real_one_are_told_with_the_bound(tmp_path: Path) 
     file.rename(profile)
     with pytest.raises(ConfigError, match="larger than 4 MB"):
         load_profile(str(profile))
+    profile.write_text("[[views]]\n" * 10_000)
+    with pytest.raises(ConfigError, match=r"views\.0\.name: missing"):
+        load_profile(str(profile))
+    profile.write_text("[[views]]\n" * 10_001)
+    with pytest.raises(ConfigError, match="more than 20000 keys and values"):
+        load_profile(str(profile))
+
+
+def test_files_of_more_values_than_any_are_told_before_they_cost_anything(tmp_path: Path) -> None:
+    chain = tmp_path / "camchain.yaml"
+    chain.write_text("cam0: [" + "0," * 10_000 + "]")
+    with pytest.raises(FormatError, match="more than 10000 values"):
+        geometry_format("kalibr").read(chain)
+    (tmp_path / "a.cameramodel").write_text("[" + "0," * 20_001 + "]")
+    with pytest.raises(FormatError, match="has more than 20000 entries"):
+        geometry_format("mrcal").read(tmp_path)
+    (tmp_path / "a.cameramodel").write_text("{'a': 1if 2 else 3}")
+    with pytest.raises(FormatError, match="is no mrcal camera model"):
+        geometry_format("mrcal").read(tmp_path)
+    (tmp_path / "cameras.txt").write_text("\n" * 1001)
+    with pytest.raises(FormatError, match="has 1001 lines, rigs have 1000 views at most"):
+        geometry_format("colmap").read(tmp_path)
+    (tmp_path / "cameras.txt").write_text("")
+    (tmp_path / "images.txt").write_text("\n" * 2002)
+    with pytest.raises(FormatError, match="holds 1001 images"):
+        geometry_format("colmap").read(tmp_path)
+    deep = "<a>" * 3000 + "</a>" * 3000
+    (tmp_path / "rig.xml").write_text(f"<opencv_storage>{deep}</opencv_storage>")
+    with pytest.raises(FormatError, match="is nested too deep"):
+        geometry_format("opencv").read(tmp_path)
+
+
+def test_long_texts_of_a_file_are_told_in_part() -> None:
+    error = FormatError("a" * 400 + "b" * 400)
+    assert error.found == "a" * 300 + " ... " + "b" * 300
+    assert FormatError("c" * 600).found == "c" * 600

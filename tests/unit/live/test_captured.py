@@ -89,7 +89,9 @@ def test_what_is_no_capture_is_refused(tmp_path: Path):
     (tmp_path / "camera.json").unlink()
     (frame,) = rig.read_capture(tmp_path)
     (tmp_path / "label_00000.png").write_bytes(b"no picture")
-    with pytest.raises(StoreError, match="is no picture of labels"):
+    with pytest.raises(
+        StoreError, match=r"label_00000\.png: is no picture of labels: it is no image"
+    ):
         _ = frame.label
 
 

@@ -167,7 +167,7 @@ def test_two_solves_that_hardly_differ_are_enough(
 
 def test_nested_values_become_dotted_lines() -> None:
     assert flat_fields({"a": {"b": {"c": 1}, "d": "x"}, "e": None}) == [
-        ("a.b.c", "1"), ("a.d", "x"), ("e", "None"),
+        ("a.b.c", "1"), ("a.d", "x"), ("e", "not known"),
     ]  # fmt: skip
 
 

@@ -1,0 +1,1 @@
+"""Inputs from outside, changed at random: read, or refused in one line."""

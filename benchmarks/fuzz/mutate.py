@@ -1,0 +1,207 @@
+"""Changes of valid inputs that keep most of their structure."""
+
+import copy
+import json
+import random
+import re
+import struct
+import zlib
+from collections.abc import Callable
+from typing import Any
+
+NUMBERS = (
+    *("0", "-1", "1", "2", "255", "256", "65535", "65536", "2147483648", "-2147483649"),
+    *("9223372036854775807", "18446744073709551616", "1e308", "-1e309", "1e-320", "nan", "NaN"),
+    *("inf", "-inf", ".inf", "Infinity", "0x7f", "1_000", "00", "1.5", "-0.0", "1e5", "9" * 400),
+    *("9" * 5000, "1:2:3", "true", "null", "~", '""', "[]", "{}", "'x'", "2024-13-45", "!!int 3"),
+)
+VALUES: tuple[Any, ...] = (
+    *(None, True, False, 0, -1, 1, 2, 255, 65536, 2**31, -(2**63), 2**64, 10**30, 1e308, -1e-320),
+    *(float("nan"), float("inf"), "", "x", "é", "\x00", "\ud800", "a" * 10_000, "../..", "/etc"),
+    *([], {}, [[]], [None], [0.0], {"a": 1}, [1, 2, 3], ["x"] * 5, 0.5, 700.0, -3.25),
+)
+_TOKEN = re.compile(r"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?|\"[^\"\n]*\"|[A-Za-z_][\w-]*|[\[\]{}(),:=<>]")
+_SIGNS = "[]{}(),:=#&*!|>'\"%@`<>?-\\\t\r\n\0\x1b\x7f\x80é\u2028\ufeff"
+
+
+def text(rng: random.Random, valid: str) -> str:
+    """Change a few words, lines or signs of a text."""
+    for _ in range(rng.choice((1, 1, 1, 2, 3, 6))):
+        valid = rng.choice((_word, _word, _word, _line, _sign, _deep, _cut))(rng, valid)
+    return valid
+
+
+def _word(rng: random.Random, valid: str) -> str:
+    words = list(_TOKEN.finditer(valid))
+    if not words:
+        return valid + rng.choice(NUMBERS)
+    word = rng.choice(words)
+    new = rng.choice((rng.choice(NUMBERS), rng.choice(words)[0], "", word[0] * 2))
+    return valid[: word.start()] + new + valid[word.end() :]
+
+
+def _line(rng: random.Random, valid: str) -> str:
+    lines = valid.split("\n")
+    at, other = rng.randrange(len(lines)), rng.randrange(len(lines))
+    match rng.randrange(4):
+        case 0:
+            del lines[at]
+        case 1:
+            lines.insert(at, lines[other])
+        case 2:
+            lines[at], lines[other] = lines[other], lines[at]
+        case _:
+            lines[at] = rng.choice((" ", "  ", "\t")) + lines[at]
+    return "\n".join(lines)
+
+
+def _sign(rng: random.Random, valid: str) -> str:
+    at = rng.randrange(len(valid) + 1)
+    return valid[:at] + rng.choice(_SIGNS) * rng.choice((1, 1, 3)) + valid[at + rng.randrange(3) :]
+
+
+def _deep(rng: random.Random, valid: str) -> str:
+    if rng.random() < 0.8:
+        return _word(rng, valid)
+    at = rng.randrange(len(valid) + 1)
+    return valid[:at] + rng.choice("[{(<'a.") * rng.choice((50, 1000, 20_000)) + valid[at:]
+
+
+def _cut(rng: random.Random, valid: str) -> str:
+    return valid[: rng.randrange(len(valid) + 1)] if rng.random() < 0.2 else _sign(rng, valid)
+
+
+def tree(rng: random.Random, valid: Any) -> Any:
+    """Change a few places of what JSON holds; the original stays."""
+    changed = json.loads(json.dumps(valid))
+    for _ in range(rng.choice((1, 1, 1, 2, 4))):
+        changed = _branch(rng, changed)
+    return changed
+
+
+def _branch(rng: random.Random, place: Any) -> Any:
+    if isinstance(place, dict) and place and rng.random() < 0.85:
+        key = rng.choice(list(place))
+        match rng.randrange(8):
+            case 0:
+                del place[key]
+            case 1:
+                place[rng.choice(("", "x", "name", key + "_"))] = place[key]
+            case _:
+                place[key] = _branch(rng, place[key])
+        return place
+    if isinstance(place, list) and place and rng.random() < 0.85:
+        at = rng.randrange(len(place))
+        match rng.randrange(8):
+            case 0:
+                del place[at]
+            case 1:
+                place.insert(at, place[at])
+            case _:
+                place[at] = _branch(rng, place[at])
+        return place
+    if isinstance(place, float) and rng.random() < 0.5:
+        return rng.choice((-place, place * 1e6, place * 1e-6, place + 1.0, 0.0, str(place)))
+    return copy.deepcopy(rng.choice(VALUES))
+
+
+def as_json(rng: random.Random, valid: Any) -> str:
+    """A changed tree as text, which is now and then changed as well."""
+    written = json.dumps(tree(rng, valid))
+    return text(rng, written) if rng.random() < 0.15 else written
+
+
+def raw(rng: random.Random, valid: bytes) -> bytes:
+    """Change a few bytes or numbers, or cut."""
+    changed = bytearray(valid)
+    for _ in range(rng.choice((1, 1, 2, 4, 16))):
+        at = rng.randrange(len(changed) + 1) if rng.random() < 0.6 else rng.randrange(64)
+        match rng.randrange(6):
+            case 0:
+                changed[at : at + 1] = bytes([rng.randrange(256)])
+            case 1:
+                changed[at : at + 4] = struct.pack(
+                    rng.choice("<>") + "I", rng.choice((0, 1, 255, 65535, 65536, 2**31, 2**32 - 1))
+                )
+            case 2:
+                changed[at : at + 2] = struct.pack(
+                    rng.choice("<>") + "H", rng.choice((0, 1, 255, 256, 32768, 65535))
+                )
+            case 3:
+                del changed[at : at + rng.choice((1, 4, 16, 4096))]
+            case 4:
+                changed[at:at] = changed[at : at + rng.choice((1, 8, 64))]
+            case _:
+                if rng.random() < 0.2:
+                    del changed[at:]
+    return bytes(changed)
+
+
+def png(rng: random.Random, valid: bytes) -> bytes:
+    """Change parts of a PNG; their checksums are right again in most cases."""
+    parts = _png_parts(valid)
+    at = rng.randrange(len(parts))
+    name, body = parts[at]
+    match rng.randrange(8):
+        case 0:
+            del parts[at]
+        case 1:
+            parts.insert(at, parts[rng.randrange(len(parts))])
+        case 2:
+            parts[at] = (bytes(rng.choice(b"IHDRPLTEtRNSacTLfdAT") for _ in range(4)), body)
+        case 3:
+            parts.insert(1, (rng.choice((b"zTXt", b"iCCP", b"acTL", b"PLTE", b"tRNS")), body[:600]))
+        case 4:
+            pixels = zlib.decompress(b"".join(body for name, body in parts if name == b"IDAT"))
+            parts = [part for part in parts if part[0] != b"IDAT"]
+            parts.insert(-1, (b"IDAT", zlib.compress(raw(rng, pixels))))
+        case _:
+            parts[at] = (name, raw(rng, body) if body else b"x")
+    joined = valid[:8] + b"".join(_png_part(*part) for part in parts)
+    return raw(rng, joined) if rng.random() < 0.1 else joined
+
+
+def _png_parts(valid: bytes) -> list[tuple[bytes, bytes]]:
+    at, found = 8, list[tuple[bytes, bytes]]()
+    while at < len(valid):
+        length, name = struct.unpack_from(">I4s", valid, at)
+        found.append((name, valid[at + 8 : at + 8 + length]))
+        at += 12 + length
+    return found
+
+
+def _png_part(name: bytes, body: bytes) -> bytes:
+    return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
+
+
+_MCAP_HEAD = struct.Struct("<BQ")
+
+
+def mcap(
+    rng: random.Random, valid: bytes, change: Callable[[random.Random, bytes], bytes]
+) -> bytes:
+    """Change records of an MCAP file; their lengths are right again in most cases."""
+    records = _records(valid)
+    at = rng.randrange(len(records))
+    opcode, body = records[at]
+    match rng.randrange(8):
+        case 0:
+            del records[at]
+        case 1:
+            records.insert(at, records[rng.randrange(len(records))])
+        case 2:
+            records[at] = (rng.randrange(16), body)
+        case _:
+            records[at] = (opcode, change(rng, body))
+    joined = valid[:8] + b"".join(_MCAP_HEAD.pack(o, len(b)) + b for o, b in records) + valid[:8]
+    return raw(rng, joined) if rng.random() < 0.1 else joined
+
+
+def _records(valid: bytes) -> list[tuple[int, bytes]]:
+    at, found = 8, list[tuple[int, bytes]]()
+    while at + _MCAP_HEAD.size <= len(valid) - 8:
+        opcode, length = _MCAP_HEAD.unpack_from(valid, at)
+        at += _MCAP_HEAD.size
+        found.append((opcode, valid[at : at + length]))
+        at += length
+    return found

@@ -1,0 +1,274 @@
+"""What is read: every parser with its valid inputs and the changes that suit them."""
+
+import json
+import random
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+from rig_drivers.command.answer import NoAnswerError, read_answer
+from rig_drivers.grbl import dialect as grbl
+from rig_drivers.marlin import dialect as marlin
+from rig_drivers.marlin.settings import read_axis
+from rig_drivers.stored.folder import FolderCamera
+from rig_drivers.zaber.message import checksum, parse_message
+
+from benchmarks.fuzz import mutate
+from benchmarks.fuzz.database import Database
+from benchmarks.fuzz.geometry import known_geometry
+from rig.depth import read_pfm, write_pfm
+from rig.devices import SystemClock
+from rig.errors import FormatError
+from rig.export.formats import formats_of
+from rig.export.geometry_format import export_geometry, geometry_format
+from rig.export.geometry_import import match_views
+from rig.places import profile_files
+from rig.profile import FolderCameraConfig, ViewConfig
+from rig.profile.load import load_profile
+from rig.recording import recorded
+from rig.sweep.request import SweepRequest, plan_of, planned_times
+from tests.support.recordings import written
+
+Read = Callable[[], object]
+Draw = Callable[[random.Random], Read]
+"""From a source of chance to one input that waits to be read."""
+
+STAGE_LINES: Mapping[str, tuple[Callable[[str], object], tuple[str, ...]]] = {
+    "grbl": (
+        grbl.parse_reply,
+        (
+            "ok",
+            "error:9",
+            "ALARM:1",
+            "Grbl 1.1h ['$' for help]",
+            "$130=200.000",
+            "<Idle|MPos:-5.000,-5.000,-5.000|FS:0,0|Pn:XYZ|WCO:0.000,0.000,0.000>",
+            "[MSG:INFO: Grbl_ESP32 Ver 1.3a Date 20200426]",
+            "[OPT:VZL,15,128]",
+        ),
+    ),
+    "marlin": (
+        marlin.parse_reply,
+        (
+            "ok N12 P15 B3",
+            "Resend: 12",
+            "echo:busy: processing",
+            "start",
+            "Error:checksum mismatch, Last Line: 11",
+            "X:0.00 Y:0.00 Z:10.00 E:0.00 Count X:0 Y:0 Z:4000",
+            "echo:  M92 X80.00 Y80.00 Z400.00 E93.00",
+        ),
+    ),
+    "zaber": (
+        parse_message,
+        (
+            "@01 0 00 OK IDLE -- 0",
+            f"@01 1 42 RJ BUSY WR BADDATA:{checksum('01 1 42 RJ BUSY WR BADDATA')}",
+            "!01 1 IDLE --",
+            "#01 0 encoder.error",
+        ),
+    ),
+}
+SETTINGS = """echo:  M201 X3000.00 Y3000.00 Z100.00
+echo:  M203 X500.00 Y500.00 Z12.00
+echo:  M204 P3000.00 R3000.00 T3000.00
+echo:  M92 X80.00 Y80.00 Z400.00
+echo:  M211 S1
+echo:Soft endstops: On  Min:  X0.00 Y0.00 Z0.00   Max:  X235.00 Y235.00 Z250.00"""
+ANSWERS = ('{"position_mm": 400.0}', '{"position_mm": null}', '{"stopped": true}', '{"error": "x"}')
+
+
+@dataclass(frozen=True)
+class Source:
+    """One parser."""
+
+    name: str
+    prepare: Callable[[Path], Draw]
+    """Makes its valid inputs in a folder."""
+    share: float = 1.0
+    """Of the count: where one input takes many times as long as elsewhere."""
+
+
+def profiles(folder: Path) -> Draw:
+    """TOML: loaded, planned and its time estimated, as `rig sweep --dry-run` does."""
+    valid = [path.read_text() for path in profile_files()]
+    path = folder / "bench.toml"
+
+    def draw(rng: random.Random) -> Read:
+        text = mutate.text(rng, rng.choice(valid))
+        path.write_text(text, encoding="utf-8", errors="replace")
+        return _plan
+
+    def _plan() -> object:
+        profile = load_profile(str(path))
+        stops, samples = plan_of(profile, SweepRequest())
+        return planned_times(profile, stops, samples)
+
+    return draw
+
+
+def maps(folder: Path) -> Draw:
+    """PFM."""
+    path = folder / "map.pfm"
+    write_pfm(path, np.arange(12, dtype=np.float32).reshape(3, 4))
+    valid = path.read_bytes()
+
+    def draw(rng: random.Random) -> Read:
+        if rng.random() < 0.5:
+            head, data = valid[:13], valid[13:]
+            text = mutate.text(rng, head.decode())
+            path.write_bytes(text.encode(errors="replace") + data)
+        else:
+            path.write_bytes(mutate.raw(rng, valid))
+        return lambda: read_pfm(path)
+
+    return draw
+
+
+def pictures(folder: Path) -> Draw:
+    """A folder of pictures as a camera: PNG, JPEG, TIFF, PGM, BMP, WebP."""
+    grey = np.random.default_rng(1).integers(0, 256, (24, 32)).astype(np.uint8)
+    deep = grey.astype(np.uint16) * 257
+    colour = np.dstack([grey, grey[::-1], grey])
+    kinds = (".png", ".png", ".jpg", ".tiff", ".pgm", ".bmp", ".webp")
+    valid = [
+        (kind, cv2.imencode(kind, image)[1].tobytes())
+        for kind in kinds
+        for image in (grey, deep, colour)
+        if not (image is deep and kind in {".jpg", ".bmp", ".webp"})
+        and not (image is colour and kind == ".pgm")
+    ]
+    views = [ViewConfig(name="a", x_steps=0.0, y_steps=0.0)]
+    views += [ViewConfig(name="b", x_steps=1.0, y_steps=0.0)]
+    path = folder / "a.png"
+    cv2.imwrite(str(folder / "b.png"), grey)
+    files = {"a": "a.png", "b": "b.png"}
+    config = FolderCameraConfig(kind="folder", folder=str(folder), files=files)
+    camera = FolderCamera(config, views, root=folder, clock=SystemClock())
+
+    def draw(rng: random.Random) -> Read:
+        kind, content = rng.choice(valid)
+        is_parts = kind == ".png" and rng.random() < 0.8
+        path.write_bytes((mutate.png if is_parts else mutate.raw)(rng, content))
+        return _grab
+
+    def _grab() -> object:
+        with camera:
+            return camera.grab(1.0)
+
+    return draw
+
+
+def recordings(folder: Path) -> Draw:
+    """MCAP: of today, and the JSON of old in packed chunks."""
+    path = folder / "r.mcap"
+    written(path, 3)
+    old = Path(__file__).parents[2] / "tests" / "data" / "recording_of_old.mcap"
+    valid = [path.read_bytes(), old.read_bytes()]
+
+    def change(rng: random.Random, body: bytes) -> bytes:
+        at = body.find(b'{"')
+        if at < 0 or rng.random() < 0.2:
+            return mutate.raw(rng, body) if body else b"x"
+        try:
+            facts = json.loads(body[at:])
+        except ValueError:
+            return mutate.raw(rng, body)
+        return body[:at] + mutate.as_json(rng, facts).encode(errors="replace")
+
+    def draw(rng: random.Random) -> Read:
+        path.write_bytes(mutate.mcap(rng, rng.choice(valid), change))
+        return lambda: list(recorded(path))
+
+    return draw
+
+
+def imports(name: str) -> Callable[[Path], Draw]:
+    """One of the six formats of other tools."""
+
+    def prepare(folder: Path) -> Draw:
+        geometry = known_geometry()
+        view_of: dict[str, str] = {}
+        if name == "depthai":
+            sockets = tuple(f"CAM_{letter}" for letter in "ABCDE")
+            view_of = dict(zip(sockets, geometry.names, strict=True))
+            geometry = replace(geometry, names=sockets)
+        held = geometry_format(name)
+        made = folder / "made"
+        path = export_geometry(geometry, held, made, may_refit=True).path
+        place = path if path.is_file() else made
+        valid = {file: file.read_text() for file in sorted(made.rglob("*")) if file.is_file()}
+        profile = load_profile("sim")
+
+        def draw(rng: random.Random) -> Read:
+            for file, text in valid.items():
+                file.write_text(text)
+            file = rng.choice(list(valid))
+            if file.suffix == ".json" and rng.random() < 0.8:
+                changed = mutate.as_json(rng, json.loads(valid[file]))
+            else:
+                changed = mutate.text(rng, valid[file])
+            file.write_text(changed, encoding="utf-8", errors="replace")
+            return lambda: match_views(held.read(place), profile, view_of)
+
+        return draw
+
+    return prepare
+
+
+def stage_lines(folder: Path) -> Draw:
+    """What GRBL, Marlin, Zaber and a program of one's own say."""
+    folder.mkdir(exist_ok=True)
+
+    def draw(rng: random.Random) -> Read:
+        kind = rng.choice([*STAGE_LINES, "answer", "settings"])
+        if kind == "answer":
+            line = mutate.text(rng, rng.choice(ANSWERS))
+            return lambda: _answer(line)
+        if kind == "settings":
+            text = mutate.text(rng, SETTINGS)
+            return lambda: read_axis(text.split("\n"), "X", device="stage")
+        parse, lines = STAGE_LINES[kind]
+        line = mutate.text(rng, rng.choice(lines))
+        return lambda: parse(line)
+
+    return draw
+
+
+def _answer(line: str) -> object:
+    try:
+        return read_answer(line)
+    except NoAnswerError as error:
+        raise FormatError(str(error)) from error
+
+
+def cells(folder: Path) -> Draw:
+    """Cells and bytes of a database, as the verbs that look back read them."""
+    database = Database(folder)
+
+    def draw(rng: random.Random) -> Read:
+        database.change(rng)
+        return database.read
+
+    return draw
+
+
+SOURCES: Sequence[Source] = (
+    Source("toml", profiles),
+    Source("pfm", maps),
+    Source("pictures", pictures),
+    Source("mcap", recordings),
+    *(Source(name, imports(name)) for name in formats_of("geometry")),
+    Source("stage", stage_lines),
+    Source("cells", cells, share=0.1),
+)
+
+
+def fresh(folder: Path) -> Path:
+    """Return an empty folder at this place."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    return folder

@@ -1,0 +1,49 @@
+"""Hundredths of the campaigns against what comes from outside: changed inputs, failing disks."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from benchmarks.disk_faults import KINDS, Campaign, build
+from benchmarks.fuzz.sources import SOURCES
+
+pytestmark = pytest.mark.slow
+ROOT = Path(__file__).parents[2]
+
+
+def test_inputs_that_are_changed_at_random_are_read_or_refused(tmp_path: Path):
+    record = tmp_path / "fuzz.jsonl"
+    words = ("--count", "100", "--seed", "7", "--record", str(record))
+    command = [sys.executable, "-m", "benchmarks.fuzz", *words]
+    done = _run(command)
+    assert done.returncode == 0, done.stdout + done.stderr
+    batches = [json.loads(line) for line in record.read_text().splitlines()]
+    assert {batch["source"] for batch in batches} == {source.name for source in SOURCES}
+    for batch in batches:
+        assert batch["read"] + batch["refused"] == batch["count"]
+        assert min(batch["read"], batch["refused"]) > 0  # some of both, or nothing is tried
+    again = _run(command)
+    assert again.stdout == done.stdout  # a second call goes on where the first one ended
+    assert len(record.read_text().splitlines()) == len(batches)
+
+
+def _run(command: list[str]) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        command, check=False, cwd=ROOT, capture_output=True, text=True, timeout=280
+    )
+
+
+def test_a_disk_that_fails_below_the_file_system_loses_no_sample(tmp_path: Path):
+    if sys.platform != "linux":
+        pytest.skip("calls are caught by LD_PRELOAD, which needs Linux")
+    try:
+        library = build(tmp_path)
+    except FileNotFoundError as error:
+        pytest.skip(f"{error}: the library that lets calls fail cannot be built")
+    campaign = Campaign(library, tmp_path)
+    rounds = [campaign.play(7, number) for number in range(3)]
+    assert [played.broken for played in rounds] == [()] * 3, rounds
+    assert {played.kind for played in rounds} <= set(KINDS)
