@@ -1,10 +1,13 @@
 """Images with their time: what a camera gives."""
 
 from dataclasses import dataclass
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from rig.scan import Scan
 
 GreyImage = NDArray[np.uint8] | NDArray[np.uint16]
 
@@ -52,10 +55,17 @@ class MultiView:
     frames: tuple[Frame, ...]
     temperature_degc: float | None = None
     """Temperature of the camera where the device reports one."""
+    scan: "Scan | None" = None
+    """What is known of the scan, where one camera moved from view to view."""
 
     @property
     def skew_s(self) -> float:
-        """Time between the first and the last exposure among the views."""
+        """Time between the first and the last exposure among the views of one instant.
+
+        Each take of a scan is an instant of its own, and has one view.
+        """
+        if self.scan is not None:
+            return 0.0
         times_s = [frame.timestamp_s for frame in self.frames]
         return max(times_s) - min(times_s)
 

@@ -9,6 +9,7 @@ from rig.profile.cameras import (
     SimCameraConfig,
 )
 from rig.profile.models import Profile, SweepConfig
+from rig.profile.scan_camera import ScanCameraConfig
 from rig.profile.stages import (
     CommandStageConfig,
     GrblStageConfig,
@@ -45,6 +46,7 @@ __all__ = [
     "OakCameraConfig",
     "Profile",
     "RecordingCameraConfig",
+    "ScanCameraConfig",
     "SerialStageConfig",
     "SimCameraConfig",
     "StageConfig",

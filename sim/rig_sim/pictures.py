@@ -61,7 +61,7 @@ class Exposures:
     def __init__(self, world: World) -> None:
         self._world = world
         self._renderer = _renderer(world.config)
-        self._kept: OrderedDict[Moment, tuple[Exposure, ...]] = OrderedDict()
+        self._kept: OrderedDict[tuple[Moment, float], tuple[Exposure, ...]] = OrderedDict()
 
     @property
     def renderer(self) -> str:
@@ -70,19 +70,19 @@ class Exposures:
 
     def at(self, t_s: float) -> tuple[Exposure, ...]:
         """Return the exposure of every view at `t_s`, in the profile's order."""
-        moment = self._world.moment(t_s)
-        if moment not in self._kept:
-            self._kept[moment] = self._expose(moment)
+        key = (self._world.moment(t_s), self._world.lamp(t_s))
+        if key not in self._kept:
+            self._kept[key] = self._expose(*key)
             if len(self._kept) > _MOMENTS_KEPT:
                 self._kept.popitem(last=False)
-        self._kept.move_to_end(moment)
-        return self._kept[moment]
+        self._kept.move_to_end(key)
+        return self._kept[key]
 
-    def _expose(self, moment: Moment) -> tuple[Exposure, ...]:
+    def _expose(self, moment: Moment, lamp: float) -> tuple[Exposure, ...]:
         config = self._world.config
         return tuple(
             Exposure.of(
-                light,
+                light if lamp == 1.0 else light * np.float32(lamp),
                 config.sensor,
                 config.view_errors.get(camera.view, ViewErrorConfig()),
                 blur_px=config.optics.blur_px,
