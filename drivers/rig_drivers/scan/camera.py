@@ -1,6 +1,6 @@
 """One camera that stages carry from view to view; keeps `rig.devices.Camera`."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Self
@@ -175,13 +175,16 @@ class ScanCamera:
         left = still_to_take(self._halts, [take.halt for take in keeping.taken])
         try:
             for number, halt in enumerate(left):
-                if self._clock.now_s() > deadline_s:
-                    missing = tuple(halt.view for halt in left[number:])
-                    raise CaptureTimeoutError(_NAME, missing=missing, timeout_s=timeout_s)
+                self._require_time(left[number:], deadline_s, timeout_s)
                 keeping.keep(self._take(halt, keeping.session, times))
         except BaseException:
             self._stop()
             raise
+
+    def _require_time(self, left: Sequence[Halt], deadline_s: float, timeout_s: float) -> None:
+        if self._clock.now_s() > deadline_s:
+            missing = tuple(dict.fromkeys(halt.view for halt in left))
+            raise CaptureTimeoutError(_NAME, missing=missing, timeout_s=timeout_s)
 
     def _take(self, halt: Halt, session: int, times: _Times) -> Kept:
         clock = self._clock
@@ -207,8 +210,8 @@ class ScanCamera:
         plan = self._plan()
         if self._resumes and self._scans is not None:
             self._resumes = False
-            return go_on(self._scans, plan)
-        return begin(self._scans, plan)
+            return go_on(self._scans, plan, self._clock.now_s())
+        return begin(self._scans, plan, self._clock.now_s())
 
     def _plan(self) -> dict[str, object]:
         """What takes of one scan have in common, as JSON data."""

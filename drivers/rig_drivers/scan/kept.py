@@ -8,7 +8,7 @@
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Protocol, cast
@@ -131,18 +131,19 @@ class OnDisk:
     Args:
         folder: is there, with its plan.
         modes: permission bits of what is written.
+        now_s: on the clock of the bench; times of earlier sessions are told on it.
 
     Raises:
         OwnedError: another program works on it.
         StoreError: a take in it is damaged, or it cannot be read.
     """
 
-    def __init__(self, folder: Path, modes: FileModes) -> None:
+    def __init__(self, folder: Path, modes: FileModes, now_s: float) -> None:
         self.folder = folder
         self._modes = modes
         self._lock = FolderLock(folder, mode=modes.file)
         try:
-            self._taken = [_read(file) for file in sorted(folder.glob("take_*.json"))]
+            self._taken = _read_all(folder, now_s)
         except BaseException:
             self._lock.release()
             raise
@@ -196,12 +197,13 @@ class OnDisk:
         self._lock.release()
 
 
-def begin(keeping: ScanKeeping | None, plan: object) -> InMemory | OnDisk:
+def begin(keeping: ScanKeeping | None, plan: object, now_s: float) -> InMemory | OnDisk:
     """Begin a scan.
 
     Args:
         keeping: where its takes go; None for memory.
         plan: what is to be taken, as JSON data.
+        now_s: on the clock of the bench.
 
     Raises:
         StoreError: the folder cannot be made.
@@ -213,10 +215,10 @@ def begin(keeping: ScanKeeping | None, plan: object) -> InMemory | OnDisk:
     with disk_explained("begin a scan", folder):
         make_folder(folder, modes.folder)
         put_on_disk(folder / _PLAN, json.dumps(plan, indent=1).encode(), modes.file)
-    return OnDisk(folder, modes)
+    return OnDisk(folder, modes, now_s)
 
 
-def go_on(keeping: ScanKeeping, plan: object) -> OnDisk:
+def go_on(keeping: ScanKeeping, plan: object, now_s: float) -> OnDisk:
     """Go on with the newest scan whose scene did not move; a complete one misses nothing.
 
     Raises:
@@ -236,7 +238,7 @@ def go_on(keeping: ScanKeeping, plan: object) -> OnDisk:
             f"{asked}, {folder.name} was begun with other positions or another camera",
             advice="undo the change of the profile, or begin a new scan: leave out --resume",
         )
-    return OnDisk(folder, FileModes(keeping.file_mode))
+    return OnDisk(folder, FileModes(keeping.file_mode), now_s)
 
 
 def _state(folder: Path) -> str:
@@ -258,7 +260,24 @@ def _json(file: Path) -> object:
         ) from error
 
 
-def _read(file: Path) -> Kept:
+def _read_all(folder: Path, now_s: float) -> list[Kept]:
+    """Read every take that counts, with its times on the clock of this session.
+
+    A clock that began anew says nothing of before: the wall clock tells how long ago the last take
+    of a session was, and the others keep their distance from it.
+    """
+    found = [_read(file) for file in sorted(folder.glob("take_*.json"))]
+    moved: list[Kept] = []
+    for take, _ in found:
+        last, utc = [one for one in found if one[0].session == take.session][-1]
+        ago_s = (datetime.now(UTC) - utc).total_seconds()
+        shift_s = now_s - ago_s - last.frame.timestamp_s
+        frame = replace(take.frame, timestamp_s=take.frame.timestamp_s + shift_s)
+        moved.append(replace(take, frame=frame))
+    return moved
+
+
+def _read(file: Path) -> tuple[Kept, datetime]:
     with disk_explained("read a take", file):
         line = _LINE.from_text(file.read_text(encoding="utf-8"))
         picture = file.with_suffix(".png")
@@ -280,4 +299,5 @@ def _read(file: Path) -> Kept:
         uncertainty_s=line.uncertainty_s,
     )
     halt = Halt(line.view, line.role, line.places_mm)
-    return Kept(halt, line.reached_mm, frame, line.session, line.temperature_degc)
+    take = Kept(halt, line.reached_mm, frame, line.session, line.temperature_degc)
+    return take, datetime.fromisoformat(line.utc)
