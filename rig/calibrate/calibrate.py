@@ -9,6 +9,7 @@ from pathlib import Path
 from rig.calibrate.album import SOLVED, Album
 from rig.calibrate.collection import Collection
 from rig.calibrate.conclude import CalibrationResult, quality_of
+from rig.calibrate.on_sliders import on_sliders
 from rig.calibrate.pictures import Picture, recorded_pictures
 from rig.calibrate.solve import SolveChoices
 from rig.calibrate.take import Operator, read_album, read_stored, take_in_hand, take_on_stage
@@ -17,6 +18,7 @@ from rig.errors import ConfigError, StoreError
 from rig.frames import GreyImage
 from rig.geometry.bundle import Calibration
 from rig.geometry.rig_geometry_json import geometry_to_json
+from rig.geometry.slider import Sliders
 from rig.hardware.opening import open_camera
 from rig.interrupts import saying
 from rig.optics.target import target_of
@@ -115,11 +117,19 @@ def _solve_and_store(
     operator: Operator,
 ) -> CalibrationResult:
     operator.progress(len(collection.sightings), "solving")
-    return _store(collection, collection.solved(request.choices), album, store)
+    calibration = collection.solved(request.choices)
+    sliders: Sliders | None = None
+    if collection.profile.camera.is_scan:
+        calibration, sliders = on_sliders(collection, calibration)
+    return _store(collection, calibration, album, store, sliders)
 
 
 def _store(
-    collection: Collection, calibration: Calibration, album: Album, store: Store
+    collection: Collection,
+    calibration: Calibration,
+    album: Album,
+    store: Store,
+    sliders: Sliders | None,
 ) -> CalibrationResult:
     profile, verdict = collection.profile, calibration.verdict
     reference = calibration.geometry.cameras[calibration.geometry.reference]
@@ -127,7 +137,7 @@ def _store(
         rig=profile.name,
         geometry=geometry_to_json(calibration.geometry),
         quality={
-            **quality_of(calibration),
+            **quality_of(calibration, sliders),
             "verdict": str(verdict),
             "good": verdict.good,
             "folder": str(album.folder),
@@ -153,7 +163,14 @@ def _store(
     page = write_calibration_page(album.folder / "calibration.html", shown)
     file = album.write(SOLVED, calibration.to_json())
     return CalibrationResult(
-        number, profile.name, calibration, collection.tally, store.database, file, Path(page)
+        number,
+        profile.name,
+        calibration,
+        collection.tally,
+        store.database,
+        file,
+        Path(page),
+        sliders,
     )
 
 

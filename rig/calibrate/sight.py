@@ -21,6 +21,8 @@ class PictureSightings:
     """(width, height) of each view."""
     by_view: tuple[Detection | TargetError, ...]
     """Per view: the corners, or why there are none."""
+    places_mm: tuple[tuple[float, ...], ...] | None = None
+    """Per view: where the stages stood that carry the camera, read back; None where it stands."""
 
     @property
     def sightings(self) -> tuple[Sighting, ...]:
@@ -71,6 +73,18 @@ def sight(picture: Picture, target: Target) -> PictureSightings:
         picture.stage_mm,
         tuple((frame.image.shape[1], frame.image.shape[0]) for frame in frames),
         tuple(_look(frame, target) for frame in frames),
+        _places_mm(picture),
+    )
+
+
+def _places_mm(picture: Picture) -> tuple[tuple[float, ...], ...] | None:
+    scan = picture.multiview.scan
+    if scan is None:
+        return None
+    by_view = scan.facts.positions_mm
+    return tuple(
+        tuple(place for place in by_view[frame.view] if place is not None)
+        for frame in picture.multiview.frames
     )
 
 

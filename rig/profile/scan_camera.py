@@ -15,6 +15,7 @@ REFERENCE = "reference"
 """Name of the view from which depth is measured."""
 _SAME_MM = 1e-6
 _SAME_STEPS = 1e-6
+_TYPICAL_MOVE_S = 1.0
 
 
 class ScanPathConfig(Model):
@@ -117,9 +118,9 @@ class ScanCameraConfig(CameraConfig):
 
     @property
     def typical_grab_s(self) -> float:
-        """See `CameraConfig.typical_grab_s`; moves come on top."""
+        """See `CameraConfig.typical_grab_s`."""
         takes = len(self.views_at(1.0)) + 2
-        return takes * (self.settle_s + self.inner.typical_grab_s)
+        return takes * (self.settle_s + self.inner.typical_grab_s + _TYPICAL_MOVE_S)
 
     @property
     def inner_view(self) -> ViewConfig:

@@ -13,12 +13,13 @@ from rig_drivers.scan.brightness import BLOCK_PX, relative_light
 
 Grey = NDArray[np.float32]
 
-_EXCESS = 1.5
-"""A block has moved if its squared difference is so many times what noise makes of it; the chance
-that noise alone does that in a block of 256 pixels is below 1e-5."""
+_EXCESS = 2.5
+"""A block has moved if its squared difference is so many times what noise makes of it. Noise alone
+scatters by 9 % in a block of 256 pixels; its estimate, from the smooth quarter of blocks of about
+one brightness, is up to a third too small."""
 _FEWEST_BLOCKS = 2
 """Neighbours: a single block may be a fly, or chance."""
-_LEVEL_BINS = 8
+_LEVEL_BINS = 16
 _SAME_LEVELS = 0.5
 """Differences of so many grey levels (of 8 bit) are rounding."""
 
