@@ -1,12 +1,13 @@
 """A light field from one camera that moved: what a scan was, beside its views."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from rig.errors import StoreError
 from rig.json_codec import Codec
 
 if TYPE_CHECKING:  # frames name this value, and stay light
+    from rig.devices import Camera
     from rig.frames import Frame
 
 REFERENCE_ROLES = ("first", "again", "last")
@@ -85,3 +86,26 @@ class Scan:
 SCAN_FACTS = Codec(
     ScanFacts, name="scan", error=StoreError, advice="bring the file back from a copy"
 )
+
+
+@runtime_checkable
+class MovedCamera(Protocol):
+    """What a camera that stages carry lets a pre-flight do beside whole scans."""
+
+    @property
+    def carried(self) -> "Camera":
+        """The camera that is carried, open while this one is."""
+        ...
+
+    @property
+    def ends_mm(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """The place of the first view of the row, and that of the reference."""
+        ...
+
+    def go(self, places_mm: tuple[float, ...]) -> tuple[float, ...]:
+        """Home where that is needed, move without settling, and return the positions read back.
+
+        Raises:
+            DeviceError: a stage failed; all of them are stopped.
+        """
+        ...

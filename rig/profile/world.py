@@ -84,7 +84,9 @@ class LampConfig(Model):
     """The light of the scene."""
 
     drift_pct_per_min: float = 0.0
-    """Change of its brightness, per cent of that at the beginning per minute."""
+    """Fastest change of its brightness, per cent of that at the beginning per minute."""
+    swing_pct: Positive = 5.0
+    """How far it goes to either side before it turns."""
 
 
 class ZaberFirmwareConfig(Model):

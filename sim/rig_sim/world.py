@@ -127,8 +127,9 @@ class World:
 
     def lamp(self, t_s: float) -> float:
         """Return how bright the light is, 1 at the beginning."""
-        passed_min = (t_s - self._began_s) / 60.0
-        light = 1.0 + 0.01 * self.config.lamp.drift_pct_per_min * passed_min
+        lamp, passed_min = self.config.lamp, (t_s - self._began_s) / 60.0
+        swing = math.sin(lamp.drift_pct_per_min * passed_min / lamp.swing_pct)
+        light = 1.0 + 0.01 * lamp.swing_pct * swing
         return max(0.0, round(light / _LAMP_GRID) * _LAMP_GRID)
 
     def temperature_degc(self, t_s: float) -> float:

@@ -98,9 +98,9 @@ class ScanCamera:
         return self._inner
 
     @property
-    def carriers(self) -> tuple[Stage, ...]:
-        """The stages that carry it: of the row, then of the column."""
-        return self._carriers
+    def ends_mm(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """See `rig.scan.MovedCamera.ends_mm`."""
+        return self._halts[1].places_mm, self._halts[0].places_mm
 
     def grab(self, timeout_s: float) -> MultiView:
         """Take one light field; see `Camera.grab`.

@@ -41,6 +41,8 @@ def find_motion(before: Frame, after: Frame, tolerance_px: float) -> Motion | No
     noise and more than a shift of its own texture by `tolerance_px` makes. What noise is the
     pictures themselves tell: the second differences in the smoothest blocks of each brightness.
 
+    Saturated pixels tell no change.
+
     Args:
         before: a take of the reference.
         after: a later one.
@@ -48,7 +50,8 @@ def find_motion(before: Frame, after: Frame, tolerance_px: float) -> Motion | No
     """
     first = before.image.astype(np.float32)
     last = relative_light(after, before).taken_out(after.image.astype(np.float32))
-    change = _means(np.square(last - first))
+    saturated = (before.image >= before.full_scale) | (after.image >= after.full_scale)
+    change = _means(np.where(saturated, np.float32(0.0), np.square(last - first)))
     noise = _noise_levels2(first) + _noise_levels2(last)
     across = cv2.Sobel(first, cv2.CV_32F, 1, 0, scale=0.125)
     down = cv2.Sobel(first, cv2.CV_32F, 0, 1, scale=0.125)
