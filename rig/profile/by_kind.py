@@ -33,7 +33,7 @@ class _ByKind:
             names = ", ".join(self.door.table)
             raise _at_kind(section, "kind_missing", f"missing; one of: {names}, or of a plug-in")
         if kind == self.without:
-            raise _at_kind(section, "kind_nested", f"a {kind} cannot stand within another one")
+            raise _at_kind(section, "kind_unknown", f"a {kind} cannot stand within another one")
         try:
             config: type[Model] = self.door.kind(kind).config
         except ConfigError as error:
