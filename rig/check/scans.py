@@ -26,6 +26,7 @@ _MARGIN = 0.75
 _END_S = 1.0
 """The last part of the watch: what is called rest."""
 _SMOOTH_PX = 1.5
+_BORDER_PX = 6
 _MOST_BLUR_PX = 0.05
 _DRIFT_PCT = (2.0, 10.0)
 """Changes of the light within a scan that go without a word, and that are too much: they are taken
@@ -182,8 +183,10 @@ def _edges2(picture: Grey) -> float:
 
 def _shift_px(picture: Grey, rest: Grey) -> tuple[float, float]:
     """How far a picture lies right of and below another one, by least squares."""
-    down, across = np.gradient(rest)
-    change = picture - rest
+    # The blur has nothing to take from beyond the border.
+    inside = (slice(_BORDER_PX, -_BORDER_PX),) * 2
+    down, across = (part[inside] for part in np.gradient(rest))
+    change = (picture - rest)[inside]
     normal = np.array(
         [
             [float(np.sum(across * across)), float(np.sum(across * down))],

@@ -37,7 +37,9 @@ class Shaken:
     identity: Mapping[str, str] = {}
     dropped: Mapping[str, int] = {}
 
-    def __init__(self, right_px: Callable[[float], float], exposure_s: float | None = EXPOSURE_S):
+    def __init__(
+        self, right_px: Callable[[float], float], exposure_s: float | None = EXPOSURE_S
+    ) -> None:
         self.clock = VirtualClock()
         self._right_px = right_px
         self._exposure_s = exposure_s
