@@ -98,8 +98,8 @@ class MovedCamera(Protocol):
         ...
 
     @property
-    def ends_mm(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """The place of the first view of the row, and that of the reference."""
+    def row_mm(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+        """Places of the carriers at the near end of the row, at the reference, at the far end."""
         ...
 
     def go(self, places_mm: tuple[float, ...]) -> tuple[float, ...]:

@@ -12,6 +12,7 @@ from rig.check.request import CheckRequest, check_request, missing_sections
 from rig.check.scans import judge_rest, judge_scans
 from rig.check.scene import judge_scene
 from rig.check.search import judge_range
+from rig.check.slider_play import judge_play
 from rig.check.span import middle_mm, plan_mm
 from rig.check.stage import judge_travel
 from rig.check.standing_board import CARRIED, judge_standing_board
@@ -120,6 +121,7 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
             bench, why_standing = None, "the stage does not move as it should"
     if isinstance(profile.camera, ScanCameraConfig) and isinstance(camera, MovedCamera):
         yield from judge_rest(profile.camera, camera, clock)
+        yield judge_play(profile, camera, clock)
     stills = take_stills(camera, _stills_of(profile), profile.camera.timeout_s)
     yield judge_camera(camera, stills)
     if profile.camera.is_scan:

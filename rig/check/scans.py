@@ -3,18 +3,16 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.check.items import Item, failed, graded
+from rig.check.picture_shift import Grey, shift_px, smooth
 from rig.devices import Camera, Clock
 from rig.errors import DeviceError
 from rig.frames import Frame, MultiView
 from rig.profile import ScanCameraConfig
 from rig.scan import MovedCamera
-
-Grey = NDArray[np.float32]
 
 WATCHED_S = 6.0
 """So long a camera is watched after its longest move, or twice its settling time."""
@@ -25,8 +23,6 @@ _MARGIN = 0.75
 """Part of the settling time within which it should rest."""
 _END_S = 1.0
 """The last part of the watch: what is called rest."""
-_SMOOTH_PX = 1.5
-_BORDER_PX = 6
 _MOST_BLUR_PX = 0.05
 _DRIFT_PCT = (2.0, 10.0)
 """Changes of the light within a scan that go without a word, and that are too much: they are taken
@@ -82,20 +78,20 @@ def watch_arrival(camera: Camera, clock: Clock, watched_s: float, timeout_s: flo
         frames.append(camera.grab(timeout_s).frames[0])
         clock.sleep_s(_LOOK_EVERY_S - 1e-3)
     times_s = np.array([frame.timestamp_s - arrived_s for frame in frames])
-    pictures = [_smooth(frame) for frame in frames]
+    pictures = [smooth(frame) for frame in frames]
     resting = [p for p, t in zip(pictures, times_s, strict=True) if t >= watched_s - _END_S]
     rest = np.mean(resting or pictures[-1:], axis=0)
     at_rest = _edges2(resting[-1] if resting else pictures[-1])
     return Ringing(
         times_s,
-        np.array([_shift_px(picture, rest) for picture in pictures]),
+        np.array([shift_px(picture, rest) for picture in pictures]),
         np.array([_edges2(picture) / at_rest for picture in pictures]),
     )
 
 
 def judge_rest(config: ScanCameraConfig, camera: MovedCamera, clock: Clock) -> Iterator[Item]:
     """Make the longest move of the row, watch the picture come to rest, and judge the settling."""
-    end_mm, home_mm = camera.ends_mm
+    end_mm, home_mm, _ = camera.row_mm
     watched_s = max(WATCHED_S, 2.0 * config.settle_s + _END_S)
     try:
         camera.go(end_mm)
@@ -171,28 +167,6 @@ def judge_scans(multiviews: Sequence[MultiView]) -> Iterator[Item]:
         yield Item(name, "skip", "the camera moves from view to view, it does not stream")
 
 
-def _smooth(frame: Frame) -> Grey:
-    image = frame.image.astype(np.float32)
-    return np.asarray(cv2.GaussianBlur(image, (0, 0), _SMOOTH_PX), np.float32)
-
-
 def _edges2(picture: Grey) -> float:
     across, down = np.gradient(picture)
     return float(np.mean(across**2 + down**2))
-
-
-def _shift_px(picture: Grey, rest: Grey) -> tuple[float, float]:
-    """How far a picture lies right of and below another one, by least squares."""
-    # The blur has nothing to take from beyond the border.
-    inside = (slice(_BORDER_PX, -_BORDER_PX),) * 2
-    down, across = (part[inside] for part in np.gradient(rest))
-    change = (picture - rest)[inside]
-    normal = np.array(
-        [
-            [float(np.sum(across * across)), float(np.sum(across * down))],
-            [float(np.sum(across * down)), float(np.sum(down * down))],
-        ]
-    )
-    side = np.array([float(np.sum(across * change)), float(np.sum(down * change))])
-    right_px, down_px = (-np.linalg.lstsq(normal, side, rcond=None)[0]).tolist()
-    return right_px, down_px

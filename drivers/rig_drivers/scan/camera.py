@@ -98,9 +98,10 @@ class ScanCamera:
         return self._inner
 
     @property
-    def ends_mm(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """See `rig.scan.MovedCamera.ends_mm`."""
-        return self._halts[1].places_mm, self._halts[0].places_mm
+    def row_mm(self) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+        """See `rig.scan.MovedCamera.row_mm`."""
+        row = self._halts[1 : 1 + len(self._config.row.positions_mm)]
+        return row[0].places_mm, self._halts[0].places_mm, row[-1].places_mm
 
     def grab(self, timeout_s: float) -> MultiView:
         """Take one light field; see `Camera.grab`.

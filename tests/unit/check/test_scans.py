@@ -126,7 +126,7 @@ class Moved(Shaken):
     def __init__(self, fails: bool = False, exposure_s: float | None = EXPOSURE_S) -> None:
         super().__init__(lambda at_s: 0.0, exposure_s)
         self.went: list[tuple[float, ...]] = []
-        self.ends_mm = ((-40.0,), (0.0,))
+        self.row_mm = ((-40.0,), (0.0,), (30.0,))
         self.carried = self
         self._fails = fails
 

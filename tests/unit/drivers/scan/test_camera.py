@@ -128,7 +128,7 @@ def test_a_grab_is_a_scan_that_says_so():
         found = camera.grab(PATIENCE_S)
         assert camera.views == (REFERENCE, "h0", "h2")
         assert isinstance(camera, MovedCamera)
-        assert camera.ends_mm == ((-20.0,), (0.0,))
+        assert camera.row_mm == ((-20.0,), (0.0,), (12.5,))
         assert camera.identity["kind"] == "scan"
         assert camera.identity["row port"] == "sim://slider"
         assert camera.dropped == {}
