@@ -31,7 +31,8 @@ def shift_px(picture: Grey, rest: Grey) -> tuple[float, float]:
     """
     # The blur has nothing to take from beyond the border.
     inside = (slice(_BORDER_PX, -_BORDER_PX),) * 2
-    down, across = (part[inside].ravel() for part in np.gradient(rest))
+    down = np.gradient(rest, axis=0)[inside].ravel()
+    across = np.gradient(rest, axis=1)[inside].ravel()
     still, change = rest[inside].ravel(), (picture - rest)[inside].ravel()
     columns = np.stack([across, down, still, np.ones_like(still)], axis=1).astype(np.float64)
     found = np.linalg.lstsq(columns.T @ columns, columns.T @ change, rcond=None)[0]

@@ -74,7 +74,8 @@ def judge_play(profile: Profile, camera: MovedCamera, clock: Clock) -> Item:
         "play",
         status,
         f"from far minus from near {1e3 * found.play_mm:+.1f} +- "
-        f"{2e3 * found.play_sigma_mm:.1f} um (k=2), spread {1e3 * found.spread_mm:.1f} um (1 sigma) of {2 * _ARRIVALS} arrivals; "
+        f"{2e3 * found.play_sigma_mm:.1f} um (k=2), spread {1e3 * found.spread_mm:.1f} um "
+        f"(1 sigma) of {2 * _ARRIVALS} arrivals; "
         f"allowed {1e3 * allowed_mm:.0f} um",
         "" if status == "pass" else "raise stages.camera.approach_mm, or look for what is loose",
         {"play_mm": found.play_mm, "spread_mm": found.spread_mm},

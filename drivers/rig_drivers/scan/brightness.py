@@ -6,6 +6,7 @@ so what they differ by is light. Between two of them the light is taken to chang
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import cv2
 import numpy as np
@@ -113,4 +114,4 @@ def in_one_light(frame: Frame, light: Light) -> GreyImage:
     top = frame.full_scale
     levels[frame.image >= top] = top
     # A pixel that this light brings beyond the scale would be saturated, or black, in it.
-    return np.clip(levels, 0, top).astype(frame.image.dtype)
+    return cast("GreyImage", np.clip(levels, 0, top).astype(frame.image.dtype))

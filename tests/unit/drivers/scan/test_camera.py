@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -83,7 +83,8 @@ def break_camera(
     begin = ScanCamera.__init__
 
     def broken(self: ScanCamera, config: ScanCameraConfig, around: Any, inner: Camera) -> None:
-        begin(self, config, around, Failing(inner, at, act))
+        failing = cast("Camera", Failing(inner, at, act))
+        begin(self, config, around, failing)
 
     monkeypatch.setattr(ScanCamera, "__init__", broken)
 
