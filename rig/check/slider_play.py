@@ -15,6 +15,9 @@ from rig.scan import MovedCamera
 
 _ARRIVALS = 3
 """From each side, in turns."""
+_SETTLINGS = 2.0
+"""Waits for the picture: what still rings after one would pass for play, as each side rings alike.
+"""
 _STEP_MM = 0.5
 """A move whose shift of the picture tells pixels per mm: well below a pixel in most scenes."""
 
@@ -88,7 +91,7 @@ def _measured(config: ScanCameraConfig, camera: MovedCamera, clock: Clock) -> Re
     def looked(*way_mm: tuple[float, ...]) -> Grey:
         for places_mm in way_mm:
             camera.go(places_mm)
-        clock.sleep_s(config.settle_s)
+        clock.sleep_s(_SETTLINGS * config.settle_s)
         return smooth(camera.carried.grab(config.inner.timeout_s).frames[0])
 
     first = looked(near_mm, home_mm)
