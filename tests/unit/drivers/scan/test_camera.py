@@ -152,6 +152,30 @@ def test_a_grab_is_a_scan_that_says_so():
     assert len(found.scan.reference) == 3
 
 
+def test_two_stages_carry_a_camera_over_a_cross():
+    port = 'kind="grbl", carries="camera", port="sim://column", travel_mm=[-60.0, 60.0]'
+    column = (
+        "camera.column.at_mm=[-15.0, 0.0, 20.0]",
+        f"stages.column={{{port}, distance_at_machine_zero_mm=80.0, speed_mm_s=20.0}}",
+        "world.column.camera_at_machine_zero_mm=80.0",
+    )
+    with opened(rig(*column)) as camera:
+        found = camera.grab(PATIENCE_S)
+        assert camera.identity["column port"] == "sim://column"
+    assert found.scan is not None
+    assert found.scan.facts.positions_mm == {
+        "h0": (-20.0, 0.0),
+        REFERENCE: (0.0, 0.0),
+        "h2": (12.5, 0.0),
+        "v0": (0.0, -15.0),
+        "v2": (0.0, 20.0),
+    }
+    # A camera farther down sees everything farther up: by f / Z px per mm.
+    above, below = (found.frames[place].image.astype(float) for place in (3, 4))
+    rows = [np.average(np.arange(100.0), weights=np.mean(i, axis=1)) for i in (above, below)]
+    assert rows[1] < rows[0]
+
+
 def test_a_scan_takes_little_longer_than_moves_settling_and_exposures():
     with opened(rig()) as camera:
         camera.home()
