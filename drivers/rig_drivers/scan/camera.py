@@ -5,8 +5,8 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Self
 
-from rig.devices import Camera, Clock, Stage, not_open, stopped
-from rig.errors import CameraUseError, CaptureTimeoutError
+from rig.devices import STANDS, Camera, Clock, Stage, not_open, stopped
+from rig.errors import CameraUseError, CaptureTimeoutError, StageAlarmError
 from rig.frames import MultiView
 from rig.profile import ScanCameraConfig
 from rig.profile.kinds import Surroundings
@@ -166,8 +166,8 @@ class ScanCamera:
                 carrier.move_to(place_mm, self._config.move_timeout_s)
                 for carrier, place_mm in zip(self._carriers, places_mm, strict=True)
             )
-        except BaseException:
-            self._stop()
+        except BaseException as error:
+            self._stop(error)
             raise
 
     def _take_all(
@@ -178,8 +178,8 @@ class ScanCamera:
             for number, halt in enumerate(left):
                 self._require_time(left[number:], deadline_s, timeout_s)
                 keeping.keep(self._take(halt, keeping.session, times))
-        except BaseException:
-            self._stop()
+        except BaseException as error:
+            self._stop(error)
             raise
 
     def _require_time(self, left: Sequence[Halt], deadline_s: float, timeout_s: float) -> None:
@@ -201,11 +201,26 @@ class ScanCamera:
         times.exposures_s += clock.now_s() - settled_s
         return Kept(halt, reached_mm, taken.frames[0], session, taken.temperature_degc)
 
-    def _stop(self) -> None:
-        """Stop every stage; where one cannot be stopped that is no reason not to try the next."""
+    def _stop(self, error: BaseException) -> None:
+        """Stop every stage, also those after one that cannot be stopped.
+
+        Raises:
+            StageAlarmError: instead of what ended the scan, where a stage may still move.
+        """
         self._is_homed = False
-        for carrier in self._carriers:
-            stopped(carrier)
+        told = {
+            name: words
+            for name, carrier in zip(("row", "column"), self._carriers, strict=False)
+            if (words := stopped(carrier)) != STANDS
+        }
+        if told:
+            moving = "; ".join(f"{name}: {words}" for name, words in told.items())
+            raise StageAlarmError(
+                _NAME,
+                f"the scan ended ({error or type(error).__name__}), and {moving}",
+                advice="see that the camera stands before you go near it",
+                code="not stopped",
+            ) from error
 
     def _keeping(self) -> InMemory | OnDisk:
         plan = self._plan()

@@ -21,6 +21,7 @@ from rig.errors import (
     DeviceLostError,
     OwnedError,
     SceneMovedError,
+    StageAlarmError,
     StoreError,
 )
 from rig.frames import MultiView
@@ -237,6 +238,19 @@ def test_whatever_ends_a_scan_leaves_its_stage_standing(at: int, monkeypatch: py
         with pytest.raises(DeviceLostError, match="pulled"):
             camera.grab(PATIENCE_S)
     assert len(stops) == 1
+
+
+def test_a_stage_that_cannot_be_stopped_is_told(monkeypatch: pytest.MonkeyPatch):
+    def stuck() -> None:
+        raise KeyError("no such register")
+
+    break_camera(monkeypatch, 1)
+    with opened(rig()) as camera:
+        (carrier,) = camera._carriers  # pyright: ignore[reportPrivateUsage]
+        with monkeypatch.context() as broken:
+            broken.setattr(carrier, "stop", stuck)
+            with pytest.raises(StageAlarmError, match=r"ended \(.*pulled.* row: the stage may st"):
+                camera.grab(PATIENCE_S)
 
 
 def test_a_scene_that_moved_refuses_the_scan_and_shows_where(tmp_path: Path):
