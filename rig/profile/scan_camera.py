@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from rig.profile.by_kind import InnerCameraSection
 from rig.profile.cameras import CameraConfig
@@ -16,6 +16,12 @@ REFERENCE = "reference"
 _SAME_MM = 1e-6
 _SAME_STEPS = 1e-6
 _TYPICAL_MOVE_S = 1.0
+
+
+_ANY_VIEWS = (
+    ViewConfig(name=REFERENCE, x_steps=0.0, y_steps=0.0),
+    ViewConfig(name="other", x_steps=1.0, y_steps=0.0),
+)
 
 
 class ScanPathConfig(Model):
@@ -161,12 +167,14 @@ class ScanCameraConfig(CameraConfig):
 def scan_views(data: Mapping[str, object]) -> tuple[ViewConfig, ...] | None:
     """Return the views that the plain data of a profile imply, None where they imply none.
 
-    Raises:
-        ValidationError: its camera is a scan that cannot be.
+    Of a scan that cannot be any views do: what is wrong with it is told at its own section.
     """
     camera, pitch_mm = data.get("camera"), data.get("pitch_mm")
     if isinstance(camera, Mapping) and camera.get("kind") == "scan":
-        camera = ScanCameraConfig.model_validate(camera)
+        try:
+            camera = ScanCameraConfig.model_validate(camera)
+        except ValidationError:
+            return _ANY_VIEWS
     if not isinstance(camera, ScanCameraConfig) or not isinstance(pitch_mm, (int, float)):
         return None
     return camera.views_at(float(pitch_mm)) if pitch_mm > 0 else None

@@ -120,9 +120,8 @@ class _Line:
     sha256: str
 
 
-_LINE = Codec(
-    _Line, name="take", error=StoreError, advice="take this file away: the view is taken again"
-)
+_TAKEN_AGAIN = "take this file away: the view is taken again"
+_LINE = Codec(_Line, name="take", error=StoreError, advice=_TAKEN_AGAIN)
 
 
 class OnDisk:
@@ -278,10 +277,16 @@ def _read_all(folder: Path, now_s: float) -> list[Kept]:
 
 
 def _read(file: Path) -> tuple[Kept, datetime]:
+    picture = file.with_suffix(".png")
     with disk_explained("read a take", file):
-        line = _LINE.from_text(file.read_text(encoding="utf-8"))
-        picture = file.with_suffix(".png")
-        content = picture.read_bytes()
+        text, content = file.read_bytes(), picture.read_bytes()
+    try:
+        line = _LINE.from_text(text.decode(errors="replace"))
+        utc = datetime.fromisoformat(line.utc).astimezone(UTC)
+    except (StoreError, ValueError) as error:
+        raise StoreError(
+            f"{file}: does not describe a take of a scan", advice=_TAKEN_AGAIN
+        ) from error
     if hashlib.sha256(content).hexdigest() != line.sha256:
         raise StoreError(
             f"{picture}: the take is damaged or was changed after it was stored "
@@ -300,4 +305,4 @@ def _read(file: Path) -> tuple[Kept, datetime]:
     )
     halt = Halt(line.view, line.role, line.places_mm)
     take = Kept(halt, line.reached_mm, frame, line.session, line.temperature_degc)
-    return take, datetime.fromisoformat(line.utc)
+    return take, utc

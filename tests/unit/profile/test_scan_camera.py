@@ -145,6 +145,12 @@ def test_a_scan_that_cannot_be_is_told(camera: dict[str, Any], more: str, says: 
         profile(more, **camera)
 
 
+def test_what_is_wrong_with_a_scan_is_told_at_its_key():
+    with pytest.raises(ConfigError, match=r"^test: camera\.row: positions must grow") as caught:
+        profile(row={"at_mm": [0.0]})
+    assert "views" not in str(caught.value)
+
+
 def test_a_stage_that_carries_the_board_is_told_at_the_camera():
     data = parse_toml(TEXT)
     del data["stages"]["camera"]["carries"]

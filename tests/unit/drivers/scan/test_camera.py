@@ -4,11 +4,15 @@ import json
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, cast
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from rig_drivers.scan.camera import ScanCamera
+from rig_drivers.scan.kept import begin, go_on
 from rig_drivers.scan.route import Halt, route, still_to_take
 from rig_sim.bench import plugged_world
 from rig_sim.camera import SimCamera
@@ -350,6 +354,24 @@ def test_a_damaged_take_is_told(tmp_path: Path, damage: bytes):
         pytest.raises(StoreError, match=r"take_002\.png: the t"),
     ):
         camera.grab(PATIENCE_S)
+
+
+@pytest.mark.parametrize("name", ["plan.json", "end.json", "take_001.json"])
+@given(text=st.sampled_from(["", "{", "[1]", "{}"]) | st.text(max_size=20))
+@settings(max_examples=10, deadline=None)
+def test_a_damaged_file_of_a_scan_is_one_line(name: str, text: str):
+    with TemporaryDirectory() as place:
+        keeping = ScanKeeping(Path(place))
+        begin(keeping, {"a": 1}, 0.0).close()
+        (folder,) = keeping.folder.iterdir()
+        (folder / name).write_text(text, encoding="utf-8", newline="")
+        (folder / "take_001.png").write_bytes(b"")
+        try:
+            go_on(keeping, {"a": 1}, 0.0).close()
+            assert name == "end.json"  # a state that nobody writes: the scan has not moved
+        except StoreError as error:
+            assert "\n" not in str(error)
+            assert error.advice
 
 
 def test_the_simulated_camera_of_a_scan_is_one(tmp_path: Path):
