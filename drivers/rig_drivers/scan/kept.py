@@ -26,7 +26,7 @@ from rig.json_codec import Codec
 from rig.profile.kinds import ScanKeeping
 from rig_drivers.scan.route import Halt
 
-_PLAN, _END = "plan.json", "end.json"
+_PLAN, _END, _TAKES = "plan.json", "end.json", "take_[0-9][0-9][0-9].json"
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,6 +146,9 @@ class OnDisk:
         except BaseException:
             self._lock.release()
             raise
+        # One that was taken away leaves a gap: no number is used twice.
+        numbers = [int(file.stem.rpartition("_")[2]) for file in folder.glob(_TAKES)]
+        self._next = max(numbers, default=-1) + 1
         self.session = max((take.session + 1 for take in self._taken), default=0)
 
     @property
@@ -156,7 +159,7 @@ class OnDisk:
     def keep(self, take: Kept) -> None:
         """See `Keeping.keep`: the picture first, then the line that makes it count."""
         self._lock.require()
-        file = self.folder / f"take_{len(self._taken):03d}.png"
+        file = self.folder / f"take_{self._next:03d}.png"
         frame = take.frame
         done, encoded = cv2.imencode(".png", frame.image)
         if not done:
@@ -185,6 +188,7 @@ class OnDisk:
             put_on_disk(file, content, self._modes.file)
             put_on_disk(file.with_suffix(".json"), text.encode(), self._modes.file)
         self._taken.append(take)
+        self._next += 1
 
     def end(self, state: str) -> None:
         """See `Keeping.end`."""
@@ -265,7 +269,7 @@ def _read_all(folder: Path, now_s: float) -> list[Kept]:
     A clock that began anew says nothing of before: the wall clock tells how long ago the last take
     of a session was, and the others keep their distance from it.
     """
-    found = [_read(file) for file in sorted(folder.glob("take_*.json"))]
+    found = [_read(file) for file in sorted(folder.glob(_TAKES))]
     moved: list[Kept] = []
     for take, _ in found:
         last, utc = [one for one in found if one[0].session == take.session][-1]

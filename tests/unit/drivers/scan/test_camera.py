@@ -311,6 +311,23 @@ def test_a_complete_scan_is_given_again_without_a_move(tmp_path: Path):
     assert again.scan.facts.times.moves_s == 0.0
 
 
+def test_a_take_that_was_taken_away_is_taken_again_and_no_other_is_lost(tmp_path: Path):
+    with opened(rig(), ScanKeeping(tmp_path)) as camera:
+        camera.grab(PATIENCE_S)
+    (folder,) = tmp_path.iterdir()
+    (folder / "take_001.json").unlink()
+    kept = {name: (folder / name).read_bytes() for name in ("take_003.png", "take_004.png")}
+    with opened(rig(), ScanKeeping(tmp_path, resume=True)) as camera:
+        found = camera.grab(PATIENCE_S)
+    assert {name: (folder / name).read_bytes() for name in kept} == kept
+    assert found.scan is not None
+    assert [(take.view, take.session) for take in found.scan.facts.takes if take.session] == [
+        (REFERENCE, 1),
+        ("h0", 1),
+    ]
+    assert (folder / "take_006.json").is_file()
+
+
 def test_a_scan_of_another_program_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     keeping, resuming = (
         ScanKeeping(tmp_path / "scans"),
