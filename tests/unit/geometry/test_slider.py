@@ -87,6 +87,7 @@ def test_sigmas_of_a_line_are_those_of_its_regression():
     assert not found.place_sigma_mm[REFERENCE].any()
 
 
+@pytest.mark.slow
 def test_sigmas_tell_how_far_off_the_line_is():
     lines = [drawn(seed)[1].lines[0] for seed in range(60)]
     pulls = np.array(
