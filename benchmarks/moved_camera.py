@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from rig.profile import Profile
-from rig.profile.load import load_profile
+from rig.profile.load import load_profile, parse_profile
 from rig.profile.toml_text import toml_text
 
 SMALL = (
@@ -27,15 +27,17 @@ SMALL = (
     "camera.inner.height_px=200",
     "world.optics.focal_px=305.0",
     "world.optics.blur_px=0.6",
-    "slopes.range_px=[3.5, 18.0]",
+    "slopes.range_px=[3.5,18.0]",
+    "sweep.count=13",
     "sweep.holdout_every=2",
+    "sweep.backward_every=0",
     "quality.holdout_rms_pct=1.0",
     "quality.holdout_max_pct=1.0",
 )
 STEADY = "world.lamp.drift_pct_per_min=0.0"
 
 
-def standing(moved: Profile) -> dict[str, Any]:
+def standing(moved: Profile) -> Profile:
     """The row of cameras with the views of a moved one; its sensors are shifted, as a row's are."""
     data = moved.model_dump(mode="json", exclude_none=True)
     data["name"] = "standing"
@@ -43,7 +45,7 @@ def standing(moved: Profile) -> dict[str, Any]:
     del data["stages"], data["world"]["slider"]
     data["world"]["lamp"]["drift_pct_per_min"] = 0.0
     data["slopes"] = {"range_px": [-5.0, 7.5]}
-    return data
+    return parse_profile(data, source="the standing row")
 
 
 def rig(database: Path, *words: str) -> dict[str, Any]:
