@@ -11,7 +11,7 @@ SEED ?= 1
 PYTEST := $(BIN)/python -m pytest -q -n $(WORKERS) --dist loadgroup --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all check format docs benchmarks mutants clean
+.PHONY: help demo scan test test-all check format docs benchmarks mutants clean
 
 help: ## Show what can be made
 	@grep -E '^[a-z-]+:.*##' Makefile | sed 's/:.*## /\t/' | expand -t 14
@@ -36,6 +36,16 @@ demo: $(DEMO_READY) ## Sweep the simulated rig, then measure depth with it
 	@echo
 	@echo "report:     $$(ls -td $(DEMO)/frames/sim/*/report.html | head -1)"
 	@echo "depth maps: $(DEMO)/depth (last_frame.png is a picture to look at)"
+
+scan: $(DEMO_READY) ## A light field from one simulated camera on a slider
+	@RIG_DATABASE=sqlite:///$(DEMO)/scan/rig.sqlite RIG_CACHE_DIR=$(DEMO)/renders sh -e -c '\
+	  mkdir -p $(DEMO)/scan; \
+	  $(BIN)/rig calibrate sim-scan --pictures 25 --set world.renderer=analytic; \
+	  $(BIN)/rig sweep sim-scan --set world.renderer=analytic; \
+	  $(BIN)/rig capture sim-scan --frames 1 --out $(DEMO)/scan/depth'
+	@echo
+	@echo "views:      $$(ls -td $(DEMO)/scan/scans/sim-scan/* | head -1)"
+	@echo "depth map:  $(DEMO)/scan/depth (last_frame.png is a picture to look at)"
 
 test: $(READY) ## Run the quick tests (about three minutes on two cores)
 	@$(PYTEST) -m "not slow"

@@ -134,6 +134,10 @@ class Stage(Device, Protocol):
         ...
 
 
+STANDS = "the stage stands still"
+"""What `stopped` says of a stage that it could stop."""
+
+
 def not_open(device: str) -> DeviceLostError:
     """Return the error of a camera that is asked for frames outside `with`."""
     return DeviceLostError(
@@ -153,4 +157,4 @@ def stopped(stage: Stage) -> str:
     except Exception as error:  # of another package: it may raise what it likes
         found = " ".join(f"{type(error).__name__}: {error}".split())
         return f"the stage may still move, it could not be stopped ({found}); cut its power"
-    return "the stage stands still"
+    return STANDS

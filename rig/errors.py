@@ -9,6 +9,7 @@ RigError
 │   ├── DeviceLostError               it was there and is gone, or talks nonsense
 │   ├── CameraUseError                a program uses an opened rig in a way that it cannot be used
 │   ├── CaptureTimeoutError (TimeoutError)   not all views arrived in time
+│   ├── SceneMovedError               the scene moved, or flickered, while a camera scanned it
 │   ├── ViewSkewError                 views of one grab are too far apart in time
 │   ├── ControlError                  a camera control is not what was asked for
 │   ├── StageLimitError (ValueError)  the move leaves the travel; nothing moved
@@ -149,6 +150,31 @@ class ViewSkewError(DeviceError):
         )
         self.skew_s = skew_s
         self.allowed_s = allowed_s
+
+
+class SceneMovedError(DeviceError):
+    """The scene was not at rest while one camera moved from view to view.
+
+    Args:
+        device: the camera.
+        symptom: what moved, and between which takes.
+        advice: what to do next.
+        region_px: left, top, right and bottom of what moved, in the reference view.
+        picture: a picture that shows the region; empty where none is kept.
+    """
+
+    def __init__(
+        self,
+        device: str,
+        symptom: str,
+        *,
+        advice: str = "",
+        region_px: tuple[int, int, int, int],
+        picture: str = "",
+    ) -> None:
+        super().__init__(device, symptom, advice=advice)
+        self.region_px = region_px
+        self.picture = picture
 
 
 class ControlError(DeviceError):

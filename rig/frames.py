@@ -2,10 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from rig.scan import Scan
 
 GreyImage = NDArray[np.uint8] | NDArray[np.uint16]
 ColourImage = NDArray[np.uint8]
@@ -65,10 +68,17 @@ class MultiView:
     frames: tuple[Frame, ...]
     temperature_degc: float | None = None
     """Temperature of the camera where the device reports one."""
+    scan: "Scan | None" = None
+    """What is known of the scan, where one camera moved from view to view."""
 
     @property
     def skew_s(self) -> float:
-        """Time between the first and the last exposure among the views."""
+        """Time between the first and the last exposure among the views of one instant.
+
+        Each take of a scan is an instant of its own, and has one view.
+        """
+        if self.scan is not None:
+            return 0.0
         times_s = [frame.timestamp_s for frame in self.frames]
         return max(times_s) - min(times_s)
 

@@ -222,6 +222,8 @@ def optics_of(profile: Profile, calibration: StoredCalibration | None) -> Optics
             f"{profile.name}",
             advice="choose another with --calibration, or none",
         )
+    if profile.camera.is_scan:
+        _require_same_scan(profile, calibration)
     geometry = geometry_from_json(calibration.geometry)
     if geometry.stage is not None:
         _require_same_stage(profile, calibration)
@@ -291,6 +293,35 @@ def _require_same_stage(profile: Profile, calibration: StoredCalibration) -> Non
                 f"it is {stage.get(key)}: its stage positions mean other places",
                 advice="calibrate again",
             )
+
+
+def _require_same_scan(profile: Profile, calibration: StoredCalibration) -> None:
+    """Refuse the places of a camera that now goes to others, however near they are.
+
+    Raises:
+        ConfigError: positions, pitch or directions of its stages are not those of then.
+    """
+    now = profile.model_dump(mode="json", include={"views", "pitch_mm", "stages"})
+    for key in ("views", "pitch_mm"):
+        if calibration.profile.get(key) != now[key]:
+            raise ConfigError(
+                f"calibration {calibration.id} was made with other positions of the camera "
+                f"({key} of the profile has changed since)",
+                advice="calibrate again, or go back to those positions",
+            )
+    then = calibration.profile.get("stages")
+    for name, stage in now["stages"].items():
+        before = then.get(name) if isinstance(then, dict) else None
+        if (before is None) != (stage is None) or _direction(before) != _direction(stage):
+            raise ConfigError(
+                f"calibration {calibration.id} was made with stages.{name} running in the "
+                f"direction {_direction(before)}, now it is {_direction(stage)}",
+                advice="calibrate again",
+            )
+
+
+def _direction(stage: object) -> object:
+    return stage.get("direction") if isinstance(stage, dict) else None
 
 
 def _in_words(calibration_id: int | None) -> str:

@@ -11,6 +11,7 @@ from typing import cast
 from rig.calibrate.album import SOLVED, Album
 from rig.calibrate.collection import Collection
 from rig.calibrate.conclude import CalibrationResult, quality_of
+from rig.calibrate.on_sliders import on_sliders
 from rig.calibrate.pictures import Picture, recorded_pictures
 from rig.calibrate.solve import SolveChoices
 from rig.calibrate.take import Operator, read_album, read_stored, take_in_hand, take_on_stage
@@ -19,6 +20,7 @@ from rig.errors import ConfigError, StoreError
 from rig.frames import GreyImage
 from rig.geometry.bundle import Calibration
 from rig.geometry.rig_geometry_json import geometry_to_json
+from rig.geometry.slider import Sliders
 from rig.hardware.opening import open_camera
 from rig.interrupts import saying
 from rig.optics.target import target_of
@@ -122,7 +124,11 @@ def _solve_and_store(
     operator: Operator,
 ) -> CalibrationResult:
     operator.progress(len(collection.sightings), "solving")
-    return _store(collection, collection.solved(request.choices), request, album, store)
+    calibration = collection.solved(request.choices)
+    sliders: Sliders | None = None
+    if collection.profile.camera.is_scan:
+        calibration, sliders = on_sliders(collection, calibration)
+    return _store(collection, calibration, request, album, store, sliders)
 
 
 def _unit(collection: Collection) -> str:
@@ -137,6 +143,7 @@ def _store(
     request: CalibrateRequest,
     album: Album,
     store: Store,
+    sliders: Sliders | None,
 ) -> CalibrationResult:
     profile, verdict = collection.profile, calibration.verdict
     reference = calibration.geometry.cameras[calibration.geometry.reference]
@@ -145,7 +152,7 @@ def _store(
         rig=profile.name,
         geometry=geometry,
         quality={
-            **quality_of(calibration),
+            **quality_of(calibration, sliders),
             "verdict": str(verdict),
             "good": verdict.good,
             "folder": str(album.folder),
@@ -177,7 +184,14 @@ def _store(
     page = write_calibration_page(album.folder / "calibration.html", shown)
     file = album.write(SOLVED, calibration.to_json())
     return CalibrationResult(
-        number, profile.name, calibration, collection.tally, store.database, file, Path(page)
+        number,
+        profile.name,
+        calibration,
+        collection.tally,
+        store.database,
+        file,
+        Path(page),
+        sliders,
     )
 
 

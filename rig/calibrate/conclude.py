@@ -8,6 +8,7 @@ import numpy as np
 from rig.calibrate.sight import Tally
 from rig.geometry.bundle import Calibration
 from rig.geometry.bundle.result import PoseAdvice
+from rig.geometry.slider import Sliders
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,9 +24,11 @@ class CalibrationResult:
     """The whole calibration as JSON."""
     report: Path
     """Its pictures, one HTML file."""
+    sliders: Sliders | None = None
+    """What carries the camera; None where it stands."""
 
 
-def quality_of(calibration: Calibration) -> dict[str, object]:
+def quality_of(calibration: Calibration, sliders: Sliders | None = None) -> dict[str, object]:
     """Return the numbers that judge a calibration, as plain data."""
     epipolar = calibration.epipolar
     return {
@@ -50,12 +53,53 @@ def quality_of(calibration: Calibration) -> dict[str, object]:
             "turn_deg": float(np.degrees(calibration.motion.turn_rad)),
             "worst_scale": float(calibration.motion.picture_scale.max()),
         },
+        **({} if sliders is None else {"sliders": _as_dict(sliders)}),
         "epipolar_px": {
             "mean": epipolar.mean_px,
             "p95": epipolar.p95_px,
             "max": epipolar.max_px,
         },
     }
+
+
+def _as_dict(sliders: Sliders) -> dict[str, object]:
+    """Return the sliders as plain data, sigmas k = 2."""
+    return {
+        "lines": [
+            {
+                "along": line.along,
+                "forward_deg": line.forward_deg,
+                "forward_k2_deg": 2.0 * line.forward_sigma_deg,
+                "roll_deg": line.roll_deg,
+                "roll_k2_deg": 2.0 * line.roll_sigma_deg,
+                "scale": line.scale,
+                "scale_k2": 2.0 * line.scale_sigma,
+            }
+            for line in sliders.lines
+        ],
+        "straightness_mm": sliders.straightness_mm,
+        "turn_deg": sliders.turn_deg,
+        "off_line_mm": sliders.off_line_mm.tolist(),
+        "place_k2_mm": (2.0 * sliders.place_sigma_mm).tolist(),
+    }
+
+
+def slider_lines(sliders: Sliders) -> list[str]:
+    """Say what was found of the sliders, one line each and one for how straight they are."""
+    told = [
+        f"slider of the {line.along}: {line.roll_deg:+.3f} deg out of the {line.along}s "
+        f"(+- {2 * line.roll_sigma_deg:.3f}), {line.forward_deg:+.3f} deg forward "
+        f"(+- {2 * line.forward_sigma_deg:.3f}), scale {line.scale:.5f} +- "
+        f"{2 * line.scale_sigma:.5f} (k=2)"
+        for line in sliders.lines
+    ]
+    worst_um = 1e3 * float(np.linalg.norm(sliders.off_line_mm, axis=1).max())
+    sigma_um = 2e3 * float(sliders.place_sigma_mm.max())
+    return [
+        *told,
+        f"views off these lines by at most {worst_um:.1f} um, places +- {sigma_um:.1f} um (k=2); "
+        f"the camera turns by {sliders.turn_deg:.4f} deg (rms) on the way",
+    ]
 
 
 def pose_text(pose: PoseAdvice) -> str:

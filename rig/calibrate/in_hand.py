@@ -8,6 +8,7 @@ import numpy as np
 from rig.calibrate.pictures import Picture
 from rig.calibrate.sight import PictureSightings, sight
 from rig.devices import Camera, Clock
+from rig.errors import SceneMovedError
 from rig.geometry.sighting import Sighting
 from rig.progress import Progress
 from rig.targets import Target
@@ -54,9 +55,14 @@ def pictures_in_hand(
     number, since_s = first, clock.now_s()
     while clock.now_s() - since_s < patience_s:
         with deferred():
-            picture = Picture(number, camera.grab(timeout_s))
+            try:
+                picture = Picture(number, camera.grab(timeout_s))
+            except SceneMovedError:
+                progress(len(pictures), "moving")
+                before = None
+                continue
             now = sight(picture, target)
-            moving = before is None or motion_px(before, now) > STILL_PX
+            moving = not _is_scan(picture) and (before is None or motion_px(before, now) > STILL_PX)
             shown = f"target in {len(now.views)} of {len(now.by_view)} views"
             progress(len(pictures), f"{shown}, moving" if moving else shown)
             watch(picture, now, moving)
@@ -66,6 +72,11 @@ def pictures_in_hand(
                 number, since_s = number + 1, clock.now_s()
         before = now
         clock.sleep_s(_PAUSE_S)
+
+
+def _is_scan(picture: Picture) -> bool:
+    """Whether the camera has proved that everything was at rest: a scan takes its time."""
+    return picture.multiview.scan is not None
 
 
 def motion_px(first: PictureSightings, last: PictureSightings) -> float:

@@ -24,6 +24,8 @@ class PictureSightings:
     """Per view: the corners, or why there are none."""
     brightness: tuple[Brightness, ...] = ()
     """Per view: how bright the parts of the picture are; none where nobody looked."""
+    places_mm: tuple[tuple[float, ...], ...] | None = None
+    """Per view: where the stages stood that carry the camera, read back; None where it stands."""
 
     @property
     def sightings(self) -> tuple[Sighting, ...]:
@@ -75,6 +77,18 @@ def sight(picture: Picture, target: Target) -> PictureSightings:
         tuple((frame.image.shape[1], frame.image.shape[0]) for frame in frames),
         tuple(_look(frame, target) for frame in frames),
         tuple(map(brightness_of, frames)),
+        _places_mm(picture),
+    )
+
+
+def _places_mm(picture: Picture) -> tuple[tuple[float, ...], ...] | None:
+    scan = picture.multiview.scan
+    if scan is None:
+        return None
+    by_view = scan.facts.positions_mm
+    return tuple(
+        tuple(place for place in by_view[frame.view] if place is not None)
+        for frame in picture.multiview.frames
     )
 
 

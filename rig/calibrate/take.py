@@ -29,6 +29,8 @@ from rig.sweep.request import sweep_setup
 
 PATIENCE_S = 60.0
 """Live capture ends when nothing new was shown for so long."""
+_SCANS_OF_PATIENCE = 20.0
+"""A camera that moves looks so often in vain: a target that is carried spoils a scan or two."""
 _FIRST_ADVICE = "hold the target still in view of all cameras"
 
 
@@ -111,7 +113,7 @@ def take_in_hand(
             collection.sightings,
             first=collection.tally.pictures,
             timeout_s=profile.camera.timeout_s,
-            patience_s=PATIENCE_S,
+            patience_s=max(PATIENCE_S, _SCANS_OF_PATIENCE * profile.camera.typical_grab_s),
             progress=lambda count, text: operator.progress(count, f"{text}; {guide.advice}"),
             watch=lambda picture, now, moving: operator.watch(guide.seen(picture, now, moving)),
             deferred=operator.interrupts.deferred,

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -48,6 +48,8 @@ class CaptureRequest:
     """Free text of the user."""
     tags: tuple[str, ...] = ()
     """Words to find it again by."""
+    resume: bool = False
+    """Whether the newest scan of a camera that moves is gone on with."""
 
     @property
     def ends(self) -> bool:
@@ -135,7 +137,7 @@ def capture_depth(
         wanted = _wanted(request)
         outputs = open_outputs(camera, wanted, waits=camera.can_wait, tell=tell)
         try:
-            with closing(iter(camera)) as frames:
+            with closing(_multiviews(camera)) as frames:
                 for frame in _until(frames, request, begun_s):
                     with interrupts.deferred():
                         tally.add(frame)
@@ -216,6 +218,15 @@ def _finish(outputs: Outputs, deferral: AbstractContextManager[None]) -> bool:
             raise
         return True
     return False
+
+
+def _multiviews(camera: DepthCamera) -> Generator[DepthFrame]:
+    """Yield what the camera gives: of one that moves scan after scan, each of its own."""
+    if not camera.run.profile.camera.is_scan:
+        yield from camera
+        return
+    while True:
+        yield camera.grab()
 
 
 def _until(

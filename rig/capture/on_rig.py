@@ -6,6 +6,7 @@ from pathlib import Path
 
 from rig.capture.capture import CaptureRequest, CaptureSummary, capture_depth
 from rig.capture.output import WantedOutput
+from rig.capture.scans import require_scan, scans_of
 from rig.database import open_store
 from rig.live.opening import depth_camera
 from rig.profile import Profile
@@ -42,13 +43,14 @@ def capture_on_rig(
         DeviceError: the camera failed; what was written before is kept.
         StoreError: no such calibration or curve, or folder or recording cannot be written.
     """
+    require_scan(profile, request)
     with open_store(choice.database, absent=choice.absent) as store:
         run = open_run(store, profile, choice.calibration, choice.curve)
         if request.folder is None and request.ends:
             request = replace(request, folder=new_folder(store, "captures", profile.name))
         kept = request.folder or new_folder(store, "captures", profile.name)
         request = replace(request, outputs=(*request.outputs, *more(request, kept)))
-        with depth_camera(run) as camera:
+        with depth_camera(run, scans_of(store, run.profile, request)) as camera:
             for notice in camera.run.notices:
                 tell(notice)
             summary = capture_depth(camera, request, progress, tell)

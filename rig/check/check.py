@@ -9,8 +9,10 @@ from rig.check.devices import judge_camera, judge_stream, ready_stage
 from rig.check.geometry_drift import judge_geometry_drift
 from rig.check.items import Item, failed
 from rig.check.request import CheckRequest, check_request, missing_sections
+from rig.check.scans import judge_rest, judge_scans
 from rig.check.scene import judge_scene
 from rig.check.search import judge_range
+from rig.check.slider_play import judge_play
 from rig.check.span import middle_mm, plan_mm
 from rig.check.stage import judge_travel
 from rig.check.standing_board import CARRIED, judge_standing_board
@@ -20,12 +22,15 @@ from rig.errors import DeviceError, RigError, ViewSkewError
 from rig.hardware.opening import Answers, open_what_answers
 from rig.interrupts import Interrupts
 from rig.optics.target import target_of
-from rig.profile import Profile
+from rig.profile import Profile, ScanCameraConfig
 from rig.progress import Tell
+from rig.scan import MovedCamera
 from rig.stored import Run, RunChoice
 
 STILLS = 16
 """Multi-views of the board at rest: the noise of each view is then known within 1 %."""
+SCANS = 3
+"""The same of a camera that moves, which takes its time: noise is then known within 3 %."""
 QUESTIONS = (
     *("arrangement", "travel", "database", "stage", "camera", "skew", "rate", "drops", "board"),
     *("focus", "exposure", "locks", "noise", "likeness", "disk", *CARRIED, "geometry"),
@@ -114,10 +119,14 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
         except DeviceError as error:
             yield failed("move", error)
             bench, why_standing = None, "the stage does not move as it should"
-    count = 1 if profile.camera.is_stored else STILLS
-    stills = take_stills(camera, count, profile.camera.timeout_s)
+    if isinstance(profile.camera, ScanCameraConfig) and isinstance(camera, MovedCamera):
+        yield from judge_rest(profile.camera, camera, clock)
+        yield judge_play(profile, camera, clock)
+    stills = take_stills(camera, _stills_of(profile), profile.camera.timeout_s)
     yield judge_camera(camera, stills)
-    if stills.failure is None or isinstance(stills.failure, ViewSkewError):
+    if profile.camera.is_scan:
+        yield from judge_scans(stills.multiviews)
+    elif stills.failure is None or isinstance(stills.failure, ViewSkewError):
         yield from judge_stream(profile, camera, clock, stills)
     if not stills.multiviews:
         return
@@ -133,6 +142,12 @@ def _with_devices(request: CheckRequest, answers: Answers) -> Iterator[Item]:
     else:
         yield from judge_standing_board(request, answers.stage, multiviews[0], why_standing)
     yield judge_geometry_drift(profile, request.run.calibration, multiviews[0])
+
+
+def _stills_of(profile: Profile) -> int:
+    if profile.camera.is_scan:
+        return SCANS
+    return 1 if profile.camera.is_stored else STILLS
 
 
 def _bench(run: Run, stage: Stage | None, camera: Camera, clock: Clock) -> Bench | None:

@@ -25,7 +25,7 @@ def calibration_as_dict(result: "CalibrationResult") -> dict[str, object]:
             for name, reasons in zip(result.tally.names, result.tally.reasons, strict=True)
         },
         "depth_zero": _depth_zero(result),
-        **quality_of(calibration),
+        **quality_of(calibration, result.sliders),
         "verdict": {
             "good": verdict.good,
             "reasons": [{"code": r.code, "text": r.text} for r in verdict.reasons],
@@ -59,7 +59,7 @@ def _depth_zero(result: "CalibrationResult") -> str:
 
 def calibration_lines(result: "CalibrationResult") -> list[str]:
     """Return the result for a person, depth first."""
-    from rig.calibrate.conclude import pose_text
+    from rig.calibrate.conclude import pose_text, slider_lines
 
     calibration, verdict = result.calibration, result.calibration.verdict
     epipolar = calibration.epipolar
@@ -78,6 +78,7 @@ def calibration_lines(result: "CalibrationResult") -> list[str]:
         f"max {epipolar.max_px:.3f} px",
         f"depth counts from {_depth_zero(result)}",
         *_stage_lines(result),
+        *([] if result.sliders is None else slider_lines(result.sliders)),
         *tally_lines(result.tally),
         *(f"note: {note}" for note in verdict.notes),
     ]

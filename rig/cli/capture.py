@@ -68,6 +68,14 @@ def capture(
         bool, typer.Option("--slopes-only", help="No curve: slopes in px per view step only.")
     ] = False,
     calibration: CalibrationChoice = None,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume",
+            help="A camera that moves: go on with its newest scan, of which every view that was "
+            "taken is kept.",
+        ),
+    ] = False,
     record: Annotated[
         Path | None,
         typer.Option(
@@ -133,6 +141,7 @@ def capture(
         points=points,
         note=note,
         tags=tuple(tags or ()),
+        resume=resume,
         outputs=served(serve, serve_host, serve_port, points=points),
     )
     with ProgressLine(frames) as progress:

@@ -18,7 +18,7 @@ from rig.devices import Camera
 from rig.errors import ConfigError, StoreError
 from rig.frames import MultiView
 from rig.hardware.opening import open_camera
-from rig.profile import Profile
+from rig.profile import CameraConfig, Profile
 from rig.progress import Progress
 from rig.records import Sweep
 from rig.report.extra import report_extra
@@ -94,7 +94,7 @@ def compare_methods(
     if sweep is not None:
         _require_same_rig(profile, sweep)
         _require_same_calibration(run, sweep)
-    multiviews = itertools.islice(_in_time(camera, profile.camera.max_skew_s), request.frames)
+    multiviews = itertools.islice(_in_time(camera, profile.camera), request.frames)
     comparison = Comparison(
         profile=profile,
         curve_id=None if run.curve is None else run.curve.id,
@@ -109,8 +109,13 @@ def compare_methods(
     return comparison
 
 
-def _in_time(camera: Camera, max_skew_s: float) -> Iterator[MultiView]:
-    return (multiview for multiview in camera.stream() if multiview.skew_s <= max_skew_s)
+def _in_time(camera: Camera, config: CameraConfig) -> Iterator[MultiView]:
+    if config.is_scan:
+        while True:
+            yield camera.grab(config.timeout_s)
+    for multiview in camera.stream():
+        if multiview.skew_s <= config.max_skew_s:
+            yield multiview
 
 
 def _distances(run: Run, store: Store, sweep: Sweep, progress: Progress) -> tuple[BoardErrors, ...]:

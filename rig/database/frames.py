@@ -19,6 +19,7 @@ from uuid import uuid4
 import cv2
 import numpy as np
 
+from rig.database.scan_files import read_scan, write_scan
 from rig.database.trouble import explained
 from rig.errors import StoreError
 from rig.file_modes import FileModes
@@ -88,6 +89,8 @@ class FrameWriter:
             make_folder(self._beside, self._modes.folder)
             with ThreadPoolExecutor(max_workers=min(4, len(multiview.frames))) as pool:
                 stored = tuple(pool.map(self._write_one, multiview.frames))
+            if multiview.scan is not None:
+                write_scan(self._beside, multiview.scan, self._modes.file)
             sync_folder(self._beside)
         return stored
 
@@ -136,7 +139,8 @@ def read_frames(
     Raises:
         StoreError: an image is missing, damaged, or another one than was stored.
     """
-    return MultiView(tuple(_read_one(folder, frame) for frame in frames), temperature_degc)
+    read = tuple(_read_one(folder, frame) for frame in frames)
+    return MultiView(read, temperature_degc, read_scan(folder))
 
 
 def clear_unfinished(folder: Path) -> None:

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from rig.devices import Camera, Clock, Stage, SystemClock
 from rig.errors import ConfigError, RigError
-from rig.profile import Profile, StageConfig
-from rig.profile.kinds import Surroundings
+from rig.profile import Profile, ScanCameraConfig, StageConfig
+from rig.profile.kinds import ScanKeeping, Surroundings
 from rig.profile.plugins import CAMERAS, STAGES
 
 if TYPE_CHECKING:
@@ -84,19 +84,20 @@ def open_what_answers(profile: Profile) -> Generator[Answers]:
 
 @contextmanager
 def open_camera(
-    profile: Profile, *, target_in_hand: bool = False
+    profile: Profile, *, target_in_hand: bool = False, scans: ScanKeeping | None = None
 ) -> Generator[tuple[Camera, Clock]]:
-    """Open only the camera of a profile; no stage is touched.
+    """Open only the camera of a profile, with the stages that carry it; that of the board rests.
 
     Args:
         profile: the rig.
         target_in_hand: whether somebody shows the target to it; a simulated rig then does.
+        scans: where a camera that moves keeps what it takes; None in memory.
 
     Raises:
         DeviceError: the camera is not there or does not answer.
     """
     with ExitStack() as stack:
-        bench = _Bench(profile, stack, uses_stage=False, target_in_hand=target_in_hand)
+        bench = _Bench(profile, stack, uses_stage=False, target_in_hand=target_in_hand, scans=scans)
         yield stack.enter_context(bench.camera()), bench.clock
 
 
@@ -110,6 +111,7 @@ class _Bench:
         *,
         uses_stage: bool,
         target_in_hand: bool = False,
+        scans: ScanKeeping | None = None,
     ) -> None:
         self._profile = profile
         self.clock: Clock = SystemClock()
@@ -121,11 +123,20 @@ class _Bench:
                 bench.plugged_world(profile, uses_stage=uses_stage, target_in_hand=target_in_hand)
             )
             self._simulated, self.clock = bench.SimulatedBench(world), world.clock
-        self._around = Surroundings(profile.name, profile.views, self.clock, self._simulated)
+        self._around = Surroundings(
+            profile.name, profile.views, self.clock, self._simulated, scans=scans
+        )
 
     def camera(self) -> Camera:
-        config = self._profile.camera
-        return CAMERAS.kind(config.kind).open(config, self._around)
+        config, around = self._profile.camera, self._around
+        if isinstance(config, ScanCameraConfig):
+            carried = replace(around, views=(config.inner_view,))
+            around = replace(
+                around,
+                inner=CAMERAS.kind(config.inner.kind).open(config.inner, carried),
+                carriers=tuple(map(self.stage, self._profile.stages.carriers.values())),
+            )
+        return CAMERAS.kind(config.kind).open(config, around)
 
     def stage(self, config: StageConfig) -> Stage:
         stage = STAGES.kind(config.kind).open(config, self._around)

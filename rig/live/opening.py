@@ -10,6 +10,7 @@ from rig.curve import Curve
 from rig.devices import Camera, Clock
 from rig.hardware.opening import open_camera
 from rig.live.camera import DepthCamera
+from rig.profile.kinds import ScanKeeping
 from rig.profile.load import load_profile
 from rig.stored import Run, RunChoice, RunCurve, open_run, optics_of
 
@@ -56,10 +57,15 @@ def open_depth_camera(
     return depth_camera(run)
 
 
-def depth_camera(run: Run) -> DepthCamera:
-    """Return the camera of a run, not yet open."""
+def depth_camera(run: Run, scans: ScanKeeping | None = None) -> DepthCamera:
+    """Return the camera of a run, not yet open.
+
+    Args:
+        run: what the rig uses.
+        scans: where a camera that moves keeps what it takes; None in memory.
+    """
 
     def door() -> AbstractContextManager[tuple[Camera, Clock]]:
-        return open_camera(run.profile)
+        return open_camera(run.profile, scans=scans)
 
     return DepthCamera(run, door)

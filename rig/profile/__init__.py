@@ -10,6 +10,7 @@ from rig.profile.cameras import (
 from rig.profile.models import Profile, SweepConfig
 from rig.profile.oak_cameras import OakCameraConfig, OakPixels, OakSensorConfig
 from rig.profile.parts import PartConfig, Region, regions_in
+from rig.profile.scan_camera import ScanCameraConfig
 from rig.profile.stages import (
     CommandStageConfig,
     GrblStageConfig,
@@ -50,6 +51,7 @@ __all__ = [
     "Profile",
     "RecordingCameraConfig",
     "Region",
+    "ScanCameraConfig",
     "SerialStageConfig",
     "SimCameraConfig",
     "StageConfig",

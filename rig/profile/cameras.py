@@ -46,6 +46,11 @@ class CameraConfig(Model):
         return False
 
     @property
+    def is_scan(self) -> bool:
+        """Whether a stage carries it: its views are taken one after the other, and none streams."""
+        return False
+
+    @property
     def is_simulated(self) -> bool:
         """Whether it looks at the profile's `world`."""
         return False

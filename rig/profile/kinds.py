@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from rig.discovery import Search
@@ -20,6 +21,18 @@ StageConfigT = TypeVar("StageConfigT", bound=StageConfig)
 
 
 @dataclass(frozen=True, slots=True)
+class ScanKeeping:
+    """Where the takes of scans are kept, each on the disk before the next move."""
+
+    folder: Path
+    """Of all scans of the rig; is made where it is missing."""
+    resume: bool = False
+    """Whether the newest scan in it is gone on with; a complete one is given again."""
+    file_mode: int = 0o600
+    """Permission bits of its files."""
+
+
+@dataclass(frozen=True, slots=True)
 class Surroundings:
     """What a device is opened in."""
 
@@ -31,6 +44,12 @@ class Surroundings:
     """Time of the whole bench; deadlines and times of frames are its times."""
     simulated: object | None = None
     """The simulated bench where the profile has one; what it is only the simulation knows."""
+    inner: "Camera | None" = None
+    """The camera that a scan carries, not yet opened; None for every other kind."""
+    carriers: "tuple[Stage, ...]" = ()
+    """The stages that carry it: along the row, then along the column where there is one."""
+    scans: ScanKeeping | None = None
+    """Where the takes of a scan are kept as they come; None keeps them in memory."""
 
 
 @dataclass(frozen=True, slots=True)

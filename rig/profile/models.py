@@ -1,5 +1,6 @@
 """A profile: one rig, described completely, as it stands on the bench."""
 
+from collections.abc import Mapping
 from typing import Self
 
 from pydantic import Field, model_validator
@@ -8,6 +9,8 @@ from rig.limits import MOST_SAMPLES, MOST_STOPS
 from rig.profile.by_kind import CameraSection, StageSection
 from rig.profile.model import Model, NotNegative, Positive, Span
 from rig.profile.processing import ProcessingConfig
+from rig.profile.scan_camera import ScanCameraConfig, same_views, scan_views
+from rig.profile.stages import StageConfig
 from rig.profile.targets import TargetConfig
 from rig.profile.views import ViewConfig
 from rig.profile.world import WorldConfig
@@ -90,6 +93,33 @@ class QualityConfig(Model):
     """Least share of pixels with a depth in a capture, per cent."""
 
 
+class StagesConfig(Model):
+    """The stages of a rig by what they carry, where there are more than that of the board.
+
+    `[stages.board]` is another way to write `[stage]`.
+    """
+
+    camera: StageSection | None = None
+    """Carries the camera of a scan along its row."""
+    column: StageSection | None = None
+    """Carries it along its column."""
+
+    @model_validator(mode="after")
+    def _the_camera_is_carried(self) -> Self:
+        for name, stage in self.carriers.items():
+            if stage.carries != "camera":
+                raise ValueError(f'stages.{name} moves the camera; write carries = "camera" there')
+        if self.column is not None and self.camera is None:
+            raise ValueError("stages.column needs stages.camera, which carries the row")
+        return self
+
+    @property
+    def carriers(self) -> Mapping[str, StageConfig]:
+        """By name, those that there are: of the row, then of the column."""
+        named = {"camera": self.camera, "column": self.column}
+        return {name: stage for name, stage in named.items() if stage is not None}
+
+
 class Profile(Model):
     """One rig: camera, views, stage, target and the defaults of its runs."""
 
@@ -108,6 +138,8 @@ class Profile(Model):
     """Where images come from."""
     stage: StageSection | None = None
     """What carries the board; not needed for capture."""
+    stages: StagesConfig = StagesConfig()
+    """What carries the camera, where it moves."""
     target: TargetConfig | None = None
     """The board; not needed for capture."""
     sweep: SweepConfig | None = None
@@ -122,6 +154,51 @@ class Profile(Model):
     """Limits of a good run."""
     world: WorldConfig | None = None
     """The simulated rig's truth; only for `kind = "sim"` cameras and `sim://` ports."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short_forms(cls, data: object) -> object:
+        """Let `[stages.board]` be `[stage]`, and the views of a scan follow from its positions."""
+        if not isinstance(data, dict):
+            return data
+        full: dict[str, object] = dict(data)
+        stages = full.get("stages")
+        if isinstance(stages, dict) and "board" in stages:
+            if full.get("stage") is not None:
+                raise ValueError("stage and stages.board are both given; give one of them")
+            full["stage"] = stages["board"]
+            full["stages"] = {name: stages[name] for name in stages if name != "board"}
+        if "views" not in full and (views := scan_views(full)) is not None:
+            full["views"] = views
+        return full
+
+    @model_validator(mode="after")
+    def _a_scan_has_its_stages(self) -> Self:
+        camera, carriers = self.camera, self.stages.carriers
+        if self.stage is not None and self.stage.carries != "board":
+            raise ValueError("stage carries the board; a stage of the camera is stages.camera")
+        if not isinstance(camera, ScanCameraConfig):
+            if carriers:
+                raise ValueError(
+                    f'stages.camera carries a camera of kind "scan", found {camera.kind!r}'
+                )
+            return self
+        paths = {"camera": camera.row} | ({"column": camera.column} if camera.column else {})
+        if list(carriers) != list(paths):
+            raise ValueError(
+                f"a scan along {len(paths)} axes needs stages.{' and stages.'.join(paths)}, found "
+                f"{', '.join(carriers) or 'none'}"
+            )
+        for name, path in paths.items():
+            low_mm, high_mm = carriers[name].travel_mm
+            if not low_mm <= path.positions_mm[0] <= path.positions_mm[-1] <= high_mm:
+                raise ValueError(
+                    f"positions {path.positions_mm[0]:g}..{path.positions_mm[-1]:g} mm leave "
+                    f"stages.{name}.travel_mm {low_mm:g}..{high_mm:g} mm"
+                )
+        if not same_views(self.views, camera.views_at(self.pitch_mm)):
+            raise ValueError("views are not those of the positions of the scan; leave views out")
+        return self
 
     @model_validator(mode="after")
     def _views_make_sense(self) -> Self:
@@ -162,8 +239,9 @@ class Profile(Model):
         Args:
             with_stage: whether the stage takes part.
         """
-        stage = self.stage
-        return self.camera.is_simulated or (with_stage and stage is not None and stage.is_simulated)
+        carriers = self.stages.carriers.values()
+        moved = (self.stage, *carriers) if with_stage else tuple(carriers)
+        return self.camera.is_simulated or any(s is not None and s.is_simulated for s in moved)
 
     def first_difference(self, other: Self, parts: tuple[str, ...]) -> str | None:
         """Return the first of these parts in which two profiles differ, None where they agree."""

@@ -12,6 +12,10 @@ class StageConfig(Model):
 
     kind: Any
     """Selects the kind; every kind narrows it to a literal of its own."""
+    carries: Literal["board", "camera"] = "board"
+    """What moves with it: the board of `[stage]` or `[stages.board]`, or the one camera of a scan,
+    `[stages.camera]` and `[stages.column]`. Positions of a camera are counted as distances of a
+    board are, and may be negative."""
     travel_mm: Span
     """Nearest and farthest distance the board may be sent to."""
     speed_mm_s: Positive = 50.0

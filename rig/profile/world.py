@@ -53,15 +53,11 @@ class ViewErrorConfig(Model):
     """Brown-Conrady k1, k2, p1, p2, k3."""
 
 
-class CarriageConfig(Model):
-    """The mechanics of the simulated stage, between motor and board."""
+class MechanicsConfig(Model):
+    """The mechanics of a simulated stage, between motor and what it carries."""
 
     scale: Positive = 1.0
     """True mm per mm that the controller believes."""
-    axis_deg: tuple[float, float] = (0.0, 0.0)
-    """Direction of travel against the optical axis: towards the right, downwards."""
-    board_at_machine_zero_mm: Positive
-    """True distance of the board from the reference camera at machine coordinate 0."""
     power_up_mm: float = -350.0
     """Machine coordinate at which the carriage stands when power comes."""
     backlash_mm: NotNegative = 0.0
@@ -76,6 +72,24 @@ class CarriageConfig(Model):
     """How far the motor loses its place when it is stopped dead in motion."""
     has_switch: bool = True
     """Whether the reference switch works; homing fails without it."""
+
+
+class CarriageConfig(MechanicsConfig):
+    """The stage that carries the board."""
+
+    axis_deg: tuple[float, float] = (0.0, 0.0)
+    """Direction of travel against the optical axis: towards the right, downwards."""
+    board_at_machine_zero_mm: Positive
+    """True distance of the board from the reference camera at machine coordinate 0."""
+
+
+class LampConfig(Model):
+    """The light of the scene."""
+
+    drift_pct_per_min: float = 0.0
+    """Fastest change of its brightness, per cent of that at the beginning per minute."""
+    swing_pct: Positive = 5.0
+    """How far it goes to either side before it turns."""
 
 
 class ZaberFirmwareConfig(Model):
@@ -167,6 +181,26 @@ class FirmwareConfig(Model):
     """More, where it is a Marlin."""
 
 
+class SliderConfig(MechanicsConfig):
+    """A stage that carries the camera; the camera itself looks straight ahead."""
+
+    power_up_mm: float = -80.0
+    """Machine coordinate at which the carriage stands when power comes."""
+    camera_at_machine_zero_mm: float
+    """Way of the camera from the origin of the world at machine coordinate 0."""
+    forward_deg: float = 0.0
+    """Angle by which the travel leaves the picture plane, forward."""
+    roll_deg: float = 0.0
+    """Angle by which it leaves the rows (a column: the columns) of the picture, clockwise."""
+    bow_mm: float = 0.0
+    """How far the track sags, downwards (a column: to the right), at `bow_length_mm` from the
+    origin."""
+    bow_length_mm: Positive = 100.0
+    """See `bow_mm`."""
+    firmware: FirmwareConfig = FirmwareConfig(travel_mm=200.0)
+    """Its controller."""
+
+
 class HandConfig(Model):
     """A hand that holds the board before the cameras, as in a geometric calibration."""
 
@@ -222,6 +256,12 @@ class WorldConfig(Model):
     """Mechanics of the stage."""
     firmware: FirmwareConfig = FirmwareConfig()
     """Controller of the stage."""
+    slider: SliderConfig | None = None
+    """What carries the camera along the row, where it moves."""
+    column: SliderConfig | None = None
+    """What carries it along the column."""
+    lamp: LampConfig = LampConfig()
+    """The light."""
     hand: HandConfig = HandConfig()
     """The hand that shows the board where no stage carries it."""
     temperature: TemperatureConfig = TemperatureConfig()

@@ -19,6 +19,7 @@ from rig_sim.clock import VirtualClock
 from rig_sim.firmware import protocols
 from rig_sim.oak import SimOakRack
 from rig_sim.rehearsal import RehearsedStage
+from rig_sim.track import track_of
 from rig_sim.wire import Firmware, plug
 from rig_sim.wire.serve import serve_on_pty
 from rig_sim.wire.serve_tcp import serve_on_tcp
@@ -42,8 +43,10 @@ def plugged_world(
     config = _world_of(profile)
     stage = profile.stage if uses_stage else None
     # A stage at a true port needs true time: in a fast world its deadlines would never come.
-    is_fast = config.clock == "fast" and (stage is None or stage.is_simulated)
+    moved = (stage, *profile.stages.carriers.values())
+    is_fast = config.clock == "fast" and all(s is None or s.is_simulated for s in moved)
     clock: Clock = VirtualClock() if is_fast else SystemClock()
+    track = track_of(profile, clock)
     carriage = Carriage(config.carriage, clock)
     scene = config.sweep_scene if uses_stage else config.capture_scene
     if target_in_hand:
@@ -52,7 +55,25 @@ def plugged_world(
         if isinstance(stage, SerialStageConfig) and stage.is_simulated:
             firmware = make_firmware(stage.kind, config.firmware, carriage, clock)
             stack.enter_context(plug(stage.port, firmware))
-        yield World(profile, clock=clock, carriage=carriage, scene=scene, in_hand=target_in_hand)
+        for name, carrier in profile.stages.carriers.items():
+            if (
+                track is not None
+                and isinstance(carrier, SerialStageConfig)
+                and carrier.is_simulated
+            ):
+                slider = track.sliders[name]
+                firmware = make_firmware(
+                    carrier.kind, slider.config.firmware, slider.carriage, clock
+                )
+                stack.enter_context(plug(carrier.port, firmware))
+        yield World(
+            profile,
+            clock=clock,
+            carriage=carriage,
+            scene=scene,
+            in_hand=target_in_hand,
+            track=track,
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,7 +51,7 @@ class SimCamera:
     @property
     def views(self) -> tuple[str, ...]:
         """See `Camera.views`."""
-        return tuple(view.name for view in self._world.profile.views)
+        return self._world.views
 
     @property
     def dropped(self) -> Mapping[str, int]:

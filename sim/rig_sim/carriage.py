@@ -1,4 +1,4 @@
-"""The mechanics of the simulated stage: what the board does when the motor turns."""
+"""The mechanics of a simulated stage: what it carries does when the motor turns."""
 
 import bisect
 import math
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rig.devices import Clock
-from rig.profile import CarriageConfig
+from rig.profile.world import MechanicsConfig
 from rig_sim.motion import Phase
 
 KEPT_PHASES = 1000
@@ -51,7 +51,7 @@ class Carriage:
     play. Every stop makes it ring. The reference switch closes at machine coordinate 0.
     """
 
-    def __init__(self, config: CarriageConfig, clock: Clock) -> None:
+    def __init__(self, config: MechanicsConfig, clock: Clock) -> None:
         self._config = config
         self._clock = clock
         self._write = threading.Lock()
@@ -65,7 +65,7 @@ class Carriage:
         return self._config.power_up_mm
 
     def travelled_mm(self, t_s: float) -> float:
-        """Return the true displacement of the board from machine zero along the axis."""
+        """Return the true displacement of what it carries from machine zero along the axis."""
         track = self._track
         carriage_mm = track.at(t_s).carriage_at(t_s, self._config.backlash_mm)
         return self._config.scale * (carriage_mm + self._ringing_mm(track, t_s))

@@ -69,7 +69,7 @@ class Exposures:
         self._world = world
         self._tint = _TINT if in_colour else ()
         self._renderer = _renderer(world.config)
-        self._kept: OrderedDict[Moment, tuple[ViewExposure, ...]] = OrderedDict()
+        self._kept: OrderedDict[tuple[Moment, float], tuple[ViewExposure, ...]] = OrderedDict()
 
     @property
     def renderer(self) -> str:
@@ -78,16 +78,18 @@ class Exposures:
 
     def at(self, t_s: float) -> tuple[ViewExposure, ...]:
         """Return the exposure of every view at `t_s`, in the profile's order."""
-        moment = self._world.moment(t_s)
-        if moment not in self._kept:
-            self._kept[moment] = self._expose(moment)
+        key = (self._world.moment(t_s), self._world.lamp(t_s))
+        if key not in self._kept:
+            self._kept[key] = self._expose(*key)
             if len(self._kept) > _MOMENTS_KEPT:
                 self._kept.popitem(last=False)
-        self._kept.move_to_end(moment)
-        return self._kept[moment]
+        self._kept.move_to_end(key)
+        return self._kept[key]
 
-    def _expose(self, moment: Moment) -> tuple[ViewExposure, ...]:
+    def _expose(self, moment: Moment, lamp: float) -> tuple[ViewExposure, ...]:
         lights = self._renderer.render(moment)
+        if lamp != 1.0:
+            lights = tuple(light * np.float32(lamp) for light in lights)
         return tuple(
             ViewExposure(
                 self._of(camera.view, light),

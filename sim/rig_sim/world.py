@@ -15,6 +15,7 @@ from rig.errors import ConfigError
 from rig.profile import (
     CharucoConfig,
     Profile,
+    ScanCameraConfig,
     TargetConfig,
     ViewConfig,
 )
@@ -25,11 +26,13 @@ from rig_sim.hand import Hand, Reach
 from rig_sim.optics import TrueCamera, rotation_matrix
 from rig_sim.scenes.catalogue import Scene, static_shapes
 from rig_sim.surface import cast
+from rig_sim.track import Track
 
 Array = NDArray[np.float64]
 
 _POSITION_GRID_MM = 0.0005
 _FOCAL_GRID_PX = 0.001
+_LAMP_GRID = 1e-5
 
 
 class Carriage(Protocol):
@@ -63,6 +66,7 @@ class World:
         carriage: what moves the board.
         scene: what stands before the cameras: `board`, or `desk` without a board.
         in_hand: whether a hand shows the board, in place of the carriage.
+        track: what carries the one camera of a scan; None where cameras stand.
 
     Raises:
         ConfigError: the profile lacks a part that this scene needs.
@@ -76,6 +80,7 @@ class World:
         carriage: Carriage,
         scene: Scene,
         in_hand: bool = False,
+        track: Track | None = None,
     ) -> None:
         camera = profile.camera
         if profile.world is None or camera.size_px is None:
@@ -98,6 +103,7 @@ class World:
         self._began_s = clock.now_s()
         target = profile.target
         self._print = charuco_print(target) if isinstance(target, CharucoConfig) else ()
+        self._track = track
         self._hand = self._new_hand() if in_hand else None
 
     def carried_by(self, carriage: Carriage) -> None:
@@ -107,11 +113,31 @@ class World:
     def moment(self, t_s: float) -> Moment:
         """Return everything that a picture taken at `t_s` depends on."""
         focal_px = self._focal_px(t_s)
-        cameras = tuple(
-            self._true_camera(view, size_px, focal_px)
-            for view, size_px in zip(self.profile.views, self._sizes_px, strict=True)
-        )
+        if self._track is not None:
+            cameras: tuple[TrueCamera, ...] = (
+                self._moved_camera(self._track.camera_mm(t_s), focal_px),
+            )
+        else:
+            cameras = tuple(
+                self._true_camera(view, size_px, focal_px)
+                for view, size_px in zip(self.profile.views, self._sizes_px, strict=True)
+            )
         return Moment(self.scene, cameras, self._board(t_s))
+
+    @property
+    def views(self) -> tuple[str, ...]:
+        """Names of the cameras; a scan has one, that of the camera that is carried."""
+        camera = self.profile.camera
+        if isinstance(camera, ScanCameraConfig):
+            return (camera.inner_view.name,)
+        return tuple(view.name for view in self.profile.views)
+
+    def lamp(self, t_s: float) -> float:
+        """Return how bright the light is, 1 at the beginning."""
+        lamp, passed_min = self.config.lamp, (t_s - self._began_s) / 60.0
+        swing = math.sin(lamp.drift_pct_per_min * passed_min / lamp.swing_pct)
+        light = 1.0 + 0.01 * lamp.swing_pct * swing
+        return max(0.0, round(light / _LAMP_GRID) * _LAMP_GRID)
 
     def temperature_degc(self, t_s: float) -> float:
         """Return the temperature of the cameras."""
@@ -131,7 +157,7 @@ class World:
                 f"scene {self.scene} has no board whose distance could be asked for",
                 advice="choose scene board",
             )
-        reference = moment.cameras[self.profile.reference]
+        reference = self._reference_camera(moment)
         away_mm = np.asarray(moment.board.centre_mm) - np.asarray(reference.position_mm)
         return float(away_mm @ reference.rotation[:, 2])
 
@@ -144,7 +170,8 @@ class World:
         """
         optics = self.config.optics
         focal_px = self._focal_px(self._began_s if t_s is None else t_s)
-        return self.profile.pitch_mm * (focal_px / distance_mm - optics.focal_px / optics.focus_mm)
+        at_focus = 0.0 if self._track is not None else optics.focal_px / optics.focus_mm
+        return self.profile.pitch_mm * (focal_px / distance_mm - at_focus)
 
     @property
     def focus_mm(self) -> float:
@@ -157,13 +184,37 @@ class World:
         Infinite where nothing is hit. Without `t_s`: now.
         """
         moment = self.moment(self.clock.now_s() if t_s is None else t_s)
-        reference = moment.cameras[self.profile.reference]
+        reference = self._reference_camera(moment)
         shapes = list(static_shapes(moment.scene))
         if moment.board is not None:
             shapes.append(moment.board.shape())
         directions = reference.directions(*reference.pixel_grid()) @ reference.rotation.T
         # Directions have z = 1 in the camera frame: the distance along them is the depth.
         return cast(shapes, np.asarray(reference.position_mm), directions)[0]
+
+    def _reference_camera(self, moment: Moment) -> TrueCamera:
+        if self._track is None:
+            return moment.cameras[self.profile.reference]
+        return self._moved_camera(self._track.reference_mm, moment.cameras[0].focal_px)
+
+    def _moved_camera(self, position_mm: Vector, focal_px: float) -> TrueCamera:
+        """The camera of a scan: one lens whose sensor is not shifted from place to place."""
+        error = self.config.view_errors.get(self.views[0], ViewErrorConfig())
+        x_mm, y_mm, z_mm = (
+            round((place + shift) / _POSITION_GRID_MM) * _POSITION_GRID_MM
+            for place, shift in zip(position_mm, error.shift_mm, strict=True)
+        )
+        width_px, height_px = self._sizes_px[0]
+        return TrueCamera(
+            view=self.views[0],
+            width_px=width_px,
+            height_px=height_px,
+            focal_px=focal_px,
+            centre_px=((width_px - 1) / 2.0, (height_px - 1) / 2.0),
+            position_mm=(x_mm, y_mm, z_mm),
+            rotation_deg=error.rotation_deg,
+            distortion=error.distortion,
+        )
 
     def _focal_px(self, t_s: float) -> float:
         optics = self.config.optics

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rig.arrays import Float
 from rig.geometry.bundle.adjust import Adjusted
 from rig.geometry.bundle.result import Reason
 from rig.geometry.rig_geometry import RigGeometry
@@ -88,24 +89,33 @@ def _empty_corners(adjusted: Adjusted, geometry: RigGeometry) -> list[Reason]:
     empty: list[str] = []
     for view, camera in enumerate(geometry.cameras):
         own = used & (observed.view == view)[observed.sighting_of_point]
-        x, y = (observed.xy_px[own] / (camera.width_px, camera.height_px)).T
-        left, right = x < _CORNER_SHARE, x > 1 - _CORNER_SHARE
-        top, bottom = y < _CORNER_SHARE, y > 1 - _CORNER_SHARE
-        corners = {
-            "top left": left & top,
-            "top right": right & top,
-            "bottom left": left & bottom,
-            "bottom right": right & bottom,
-        }
-        missing = [name for name, inside in corners.items() if not inside.any()]
+        missing = missing_corners(observed.xy_px[own] / (camera.width_px, camera.height_px))
         if missing:
             empty.append(f"{geometry.names[view]} ({', '.join(missing)})")
-    if not empty:
-        return []
-    return [
-        Reason(
-            "corners",
-            f"no board in the corners of {'; '.join(empty)}: the lens is guessed there; show the "
-            "board there",
-        )
-    ]
+    return [no_board_in("; ".join(empty))] if empty else []
+
+
+def missing_corners(places: Float) -> list[str]:
+    """Name the corners of the picture in which no point lies.
+
+    Args:
+        places: (N, 2) of points, in shares of width and height.
+    """
+    x, y = places.T
+    left, right = x < _CORNER_SHARE, x > 1 - _CORNER_SHARE
+    top, bottom = y < _CORNER_SHARE, y > 1 - _CORNER_SHARE
+    corners = {
+        "top left": left & top,
+        "top right": right & top,
+        "bottom left": left & bottom,
+        "bottom right": right & bottom,
+    }
+    return [name for name, inside in corners.items() if not inside.any()]
+
+
+def no_board_in(where: str) -> Reason:
+    """Return what it means that some corners show no board."""
+    return Reason(
+        "corners",
+        f"no board in the corners of {where}: the lens is guessed there; show the board there",
+    )

@@ -22,6 +22,8 @@ FILES = [path for path in profile_files() if "calib_profiles" in path.parts]
 def test_a_shown_profile_is_saved_and_used(
     rig: Command, tmp_path: Path, path: Path, overrides: tuple[str, ...]
 ):
+    if "[[views]]" not in path.read_text():  # they follow from the positions of a scan
+        overrides = overrides[1:]
     options = [word for override in overrides for word in ("--set", override)]
     answer = rig("profile", "show", path, *options)
     saved = tmp_path / "saved.toml"

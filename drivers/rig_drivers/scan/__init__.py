@@ -1,0 +1,1 @@
+"""One camera on one or two stages: a multi-view is a scan."""
