@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from rig.devices import Camera, Clock, Stage, SystemClock
 from rig.errors import ConfigError, RigError
-from rig.profile import Profile, StageConfig
+from rig.profile import RAW_VIEW, CameraConfig, Profile, StageConfig
 from rig.profile.kinds import Surroundings
 from rig.profile.plugins import CAMERAS, STAGES
 
@@ -99,6 +99,22 @@ def open_camera(
         yield stack.enter_context(bench.camera()), bench.clock
 
 
+@contextmanager
+def open_raw_camera(profile: Profile, config: CameraConfig) -> Generator[Camera]:
+    """Open the camera that gives raw pictures of a lenslet array, behind a diffuser.
+
+    Args:
+        profile: the rig.
+        config: the camera inside its camera, or another one of one view in its place.
+
+    Raises:
+        DeviceError: the camera is not there or does not answer.
+    """
+    with ExitStack() as stack:
+        bench = _Bench(profile, stack, uses_stage=False, behind_diffuser=True)
+        yield stack.enter_context(bench.raw_camera(config))
+
+
 class _Bench:
     """Makes each part when it is asked for; a real bench never imports `sim`."""
 
@@ -109,6 +125,7 @@ class _Bench:
         *,
         uses_stage: bool,
         target_in_hand: bool = False,
+        behind_diffuser: bool = False,
     ) -> None:
         self._profile = profile
         self.clock: Clock = SystemClock()
@@ -117,7 +134,12 @@ class _Bench:
             from rig_sim.bench import SimulatedBench, plugged_world
 
             world = stack.enter_context(
-                plugged_world(profile, uses_stage=uses_stage, target_in_hand=target_in_hand)
+                plugged_world(
+                    profile,
+                    uses_stage=uses_stage,
+                    target_in_hand=target_in_hand,
+                    behind_diffuser=behind_diffuser,
+                )
             )
             simulated, self.clock = SimulatedBench(world), world.clock
         self._around = Surroundings(profile.name, profile.views, self.clock, simulated)
@@ -125,6 +147,10 @@ class _Bench:
     def camera(self) -> Camera:
         config = self._profile.camera
         return CAMERAS.kind(config.kind).open(config, self._around)
+
+    def raw_camera(self, config: CameraConfig) -> Camera:
+        around = replace(self._around, views=(RAW_VIEW,))
+        return CAMERAS.kind(config.kind).open(config, around)
 
     def stage(self, config: StageConfig) -> Stage:
         return STAGES.kind(config.kind).open(config, self._around)

@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 from rig.arrays import Float
 from rig.compute.kernel import kernel
 from rig.errors import CalibrationError
-from rig.frames import GreyImage
 from rig.json_codec import Codec
 from rig.lenslet.fit import FittedLattice, fit_lattice, lenslets_inside
 from rig.lenslet.lattice import Lattice, LatticeKind
 from rig.lenslet.spline import across_cell, combine, look
 from rig.lenslet.vignetting import Vignetting, fit_vignetting
-from rig.lenslet.white import RawFormat, white_light
+from rig.lenslet.white import Picture, RawFormat, white_light
 
 _BRIGHT = 0.5
 """The gain of a lenslet comes from pixels that have at least this part of its brightest."""
@@ -77,11 +76,11 @@ def numbers_of(kind: LatticeKind, q: NDArray[np.int64], j: NDArray[np.int64]) ->
 
 
 def fit_array(
-    raw: GreyImage,
+    raw: Picture,
     form: RawFormat,
     kind: LatticeKind,
     spacing_px: float,
-    dark: GreyImage | None = None,
+    dark: Picture | None = None,
 ) -> tuple[LensletArray, FittedLattice]:
     """Calibrate a lenslet array by a white picture.
 
@@ -108,8 +107,14 @@ def fit_array(
     vignetting = fit_vignetting(white.light, lattice, centre_px)
     gain, misfit = np.zeros(len(i)), np.zeros(len(i))
     _gains(
-        white.light, vignetting.levels * vignetting.table, np.array([width_px, height_px], np.float64),
-        vignetting.reach_px, centre_px, 0.5 * lattice.spacing_px, gain, misfit,
+        white.light,
+        vignetting.levels * vignetting.table,
+        np.array([width_px, height_px], np.float64),
+        vignetting.reach_px,
+        centre_px,
+        0.5 * lattice.spacing_px,
+        gain,
+        misfit,
     )
     q = columns_of(kind, i, j)
     first = int(q.min()), int(j.min())

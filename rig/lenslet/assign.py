@@ -111,9 +111,7 @@ def number_spots(centre_px: Float, size_px: tuple[int, int], basis: Basis) -> Nu
     return Numbered(i[spot], j[spot], spot)
 
 
-def _rounded(
-    place: Float, kind: LatticeKind
-) -> tuple[NDArray[np.int64], NDArray[np.int64], Float]:
+def _rounded(place: Float, kind: LatticeKind) -> tuple[NDArray[np.int64], NDArray[np.int64], Float]:
     """The nearest lenslet of places (N, 2) on the array, and how far it is, in spacings."""
     j = np.rint(place[:, 1] / ROW_SPACING[kind])
     i = np.rint(place[:, 0] - ROW_SHIFT[kind] * j)

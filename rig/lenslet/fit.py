@@ -42,9 +42,7 @@ class FittedLattice:
     """Of them in the fit."""
 
 
-def fit_lattice(
-    white: NDArray[np.float32], kind: LatticeKind, spacing_px: float
-) -> FittedLattice:
+def fit_lattice(white: NDArray[np.float32], kind: LatticeKind, spacing_px: float) -> FittedLattice:
     """Find the lattice of a white picture.
 
     Args:
@@ -197,7 +195,5 @@ def _dirty(
     _, near = KDTree(seen).query(seen, k=min(13, len(seen)))
     is_dark = light < _DIRTY_LIGHT * np.median(light[near], axis=1)
     astray = np.linalg.norm(seen - lattice.centres_px(numbered.i, numbered.j), axis=1)
-    odd = is_dark | (
-        astray > max(_DIRTY_ASTRAY * lattice.spacing_px, 8.0 * lattice.residual_px)
-    )
+    odd = is_dark | (astray > max(_DIRTY_ASTRAY * lattice.spacing_px, 8.0 * lattice.residual_px))
     return tuple(zip(numbered.i[odd].tolist(), numbered.j[odd].tolist(), strict=True))

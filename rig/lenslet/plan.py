@@ -86,9 +86,16 @@ def plan_views(array: LensletArray, offsets_px: Float) -> Plan:
 
     def work(start: int, stop: int) -> None:
         _fill(
-            table, size_px, array.vignetting.reach_px, array.colour_gains,
-            centre_px[start:stop], gains[start:stop], on_sensor,
-            left[:, start:stop], top[:, start:stop], weights[:, start:stop],
+            table,
+            size_px,
+            array.vignetting.reach_px,
+            array.colour_gains,
+            centre_px[start:stop],
+            gains[start:stop],
+            on_sensor,
+            left[:, start:stop],
+            top[:, start:stop],
+            weights[:, start:stop],
         )
 
     run_in_bands(work, gains.shape[0])
@@ -172,7 +179,7 @@ def _fill(
             combine(table, size_px, x0, y0, cell)
             for n in range(on_sensor.shape[0]):
                 x, y = x0 + on_sensor[n, 0], y0 + on_sensor[n, 1]
-                u0, v0 = int(math.floor(x)) - 1, int(math.floor(y)) - 1
+                u0, v0 = math.floor(x) - 1, math.floor(y) - 1
                 left[n, r, c], top[n, r, c] = u0, v0
                 if gains[r, c] <= 0.0:
                     continue

@@ -29,7 +29,7 @@ def _interval(place: float, count: int, out: Float) -> int:
     """Write the weights at a place (0 to 1 over all intervals); return the first coefficient."""
     intervals = count - 3
     at = min(max(place, 0.0), 1.0) * intervals
-    first = min(int(math.floor(at)), intervals - 1)
+    first = min(math.floor(at), intervals - 1)
     weights(at - first, out)
     return first
 

@@ -38,7 +38,7 @@ class Spots:
 
 
 def find_spots(white: NDArray[np.float32], spacing_px: float) -> Spots:
-    """Return the micro-images of a white picture (H, W): where its light balances, see `_settle`."""
+    """Return the micro-images of a white picture (H, W): where their light balances."""
     around = _blurred(white, _AROUND * spacing_px)
     even = white / np.maximum(around, np.float32(1e-3) * around.max())
     hills = _blurred(even, _BLUR * spacing_px)

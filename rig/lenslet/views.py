@@ -48,8 +48,13 @@ def sub_apertures(
     def work(start: int, stop: int) -> None:
         band = np.s_[:, start:stop]
         _gather(
-            pixels, darkness, array.dark_levels,
-            plan.left[band], plan.top[band], plan.weights[band], values[band],
+            pixels,
+            darkness,
+            array.dark_levels,
+            plan.left[band],
+            plan.top[band],
+            plan.weights[band],
+            values[band],
         )
 
     run_in_bands(work, plan.usable.shape[0])

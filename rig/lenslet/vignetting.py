@@ -55,8 +55,12 @@ class Vignetting:
 
         def work(start: int, stop: int) -> None:
             _look_at(
-                table, np.array(self.size_px, np.float64), self.reach_px,
-                centre_px[start:stop], place_px[start:stop], out[start:stop],
+                table,
+                np.array(self.size_px, np.float64),
+                self.reach_px,
+                centre_px[start:stop],
+                place_px[start:stop],
+                out[start:stop],
             )
 
         run_in_bands(work, len(out))
@@ -91,8 +95,14 @@ def fit_vignetting(white: NDArray[np.float32], lattice: Lattice, centre_px: Floa
         def work(start: int, stop: int) -> None:
             for half in range(start, stop):
                 _normal(
-                    white, size, reach_px, taken[half::2], beside,
-                    coefficients, of_white, halves[half],
+                    white,
+                    size,
+                    reach_px,
+                    taken[half::2],
+                    beside,
+                    coefficients,
+                    of_white,
+                    halves[half],
                 )
 
         run_in_bands(work, 2)
@@ -168,12 +178,7 @@ def _normal(
             for u in range(math.ceil(x0 - reach_px), math.floor(x0 + reach_px) + 1):
                 if u < 0 or u >= white.shape[1]:
                     continue
-                is_own = True
-                for k in range(beside_px.shape[0]):
-                    bx, by = beside_px[k, 0], beside_px[k, 1]
-                    if (u - x0) * bx + (v - y0) * by > 0.5 * (bx * bx + by * by):
-                        is_own = False
-                if not is_own:
+                if not _is_own(u - x0, v - y0, beside_px):
                     continue
                 x = across_cell(u - x0, reach_px, cell.shape[1], column)
                 value = np.float64(white[v, u]) if of_white else look(cell, y, x, row, column)
@@ -183,3 +188,11 @@ def _normal(
         spread(back, size_px, x0, y0, out)
 
 
+@kernel()
+def _is_own(x_px: float, y_px: float, beside_px: Float) -> bool:
+    """Whether a place away from a centre is nearer to it than to its neighbours."""
+    for k in range(beside_px.shape[0]):
+        bx, by = beside_px[k, 0], beside_px[k, 1]
+        if x_px * bx + y_px * by > 0.5 * (bx * bx + by * by):
+            return False
+    return True

@@ -9,6 +9,9 @@ from rig.arrays import Float
 from rig.errors import CalibrationError
 from rig.frames import GreyImage
 
+Picture = GreyImage | Float
+"""One raw picture, or the mean of several."""
+
 _MOST_SATURATED = 1e-3
 """Share of pixels at full scale; more, and the middles of micro-images are flat."""
 _FEWEST_LEVELS = 16.0
@@ -38,7 +41,7 @@ class White:
     """(2, 2) that bring the colours of a block to one grey; ones for a monochrome sensor."""
 
 
-def white_light(raw: GreyImage, form: RawFormat, dark: GreyImage | None = None) -> White:
+def white_light(raw: Picture, form: RawFormat, dark: Picture | None = None) -> White:
     """Return the light of a white picture.
 
     Args:
@@ -80,9 +83,7 @@ def white_light(raw: GreyImage, form: RawFormat, dark: GreyImage | None = None) 
     return White(light, gains)
 
 
-def without_dark(
-    raw: GreyImage, form: RawFormat, dark: GreyImage | None
-) -> NDArray[np.float32]:
+def without_dark(raw: Picture, form: RawFormat, dark: Picture | None) -> NDArray[np.float32]:
     """Return light (H, W) above the dark picture or the dark level.
 
     Raises:

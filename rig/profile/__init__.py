@@ -8,6 +8,8 @@ from rig.profile.cameras import (
     RecordingCameraConfig,
     SimCameraConfig,
 )
+from rig.profile.lenslet_camera import RAW_VIEW, LensletCameraConfig
+from rig.profile.lenslet_world import LensletWorldConfig
 from rig.profile.models import Profile, SweepConfig
 from rig.profile.stages import (
     CommandStageConfig,
@@ -30,6 +32,7 @@ from rig.profile.world import (
 )
 
 __all__ = [
+    "RAW_VIEW",
     "CameraConfig",
     "CarriageConfig",
     "CharucoConfig",
@@ -38,6 +41,8 @@ __all__ = [
     "FirmwareConfig",
     "FolderCameraConfig",
     "GrblStageConfig",
+    "LensletCameraConfig",
+    "LensletWorldConfig",
     "ManualStageConfig",
     "MarlinFirmwareConfig",
     "MarlinStageConfig",

@@ -12,6 +12,7 @@ CAMERAS: Mapping[str, str] = {
     "recording": "rig_drivers.stored.kind:RECORDING",
     "oak": "rig_drivers.oak.kind:OAK",
     "v4l2": "rig_drivers.v4l2.kind:V4L2",
+    "lenslet": "rig_drivers.lenslet.kind:LENSLET",
 }
 """By `camera.kind`: module and name of its `CameraKind`."""
 STAGES: Mapping[str, str] = {

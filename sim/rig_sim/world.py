@@ -14,6 +14,7 @@ from rig.devices import Clock
 from rig.errors import ConfigError
 from rig.profile import (
     CharucoConfig,
+    LensletCameraConfig,
     Profile,
     TargetConfig,
     ViewConfig,
@@ -63,6 +64,7 @@ class World:
         carriage: what moves the board.
         scene: what stands before the cameras: `board`, or `desk` without a board.
         in_hand: whether a hand shows the board, in place of the carriage.
+        behind_diffuser: whether somebody holds a diffuser before the lens.
 
     Raises:
         ConfigError: the profile lacks a part that this scene needs.
@@ -76,9 +78,11 @@ class World:
         carriage: Carriage,
         scene: Scene,
         in_hand: bool = False,
+        behind_diffuser: bool = False,
     ) -> None:
         camera = profile.camera
-        if profile.world is None or camera.size_px is None:
+        inside = camera.raw if isinstance(camera, LensletCameraConfig) else camera
+        if profile.world is None or inside.size_px is None:
             raise ConfigError(
                 f"profile {profile.name}: a simulated world needs a [world] section and a camera "
                 f'with a size (camera.kind = "sim" or "oak"), found {camera.kind!r}',
@@ -93,7 +97,8 @@ class World:
         self.config: WorldConfig = profile.world
         self.clock = clock
         self.scene: Scene = scene
-        self._size_px = camera.size_px
+        self.behind_diffuser = behind_diffuser
+        self._size_px = inside.size_px
         self._carriage = carriage
         self._began_s = clock.now_s()
         target = profile.target

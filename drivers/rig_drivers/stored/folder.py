@@ -4,21 +4,16 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
-
-import cv2
-import numpy as np
-from numpy.typing import NDArray
 
 from rig.devices import Clock
 from rig.errors import ConfigError, DeviceLostError, DeviceNotFoundError
 from rig.frames import Frame, GreyImage, MultiView
 from rig.profile import FolderCameraConfig, ViewConfig
 from rig_drivers.stored.camera import StoredCamera
+from rig_drivers.stored.picture import read_grey
 from rig_drivers.stored.video import SUFFIXES, StoredVideo
 
 _NAME = "camera folder"
-_DEPTHS = ("uint8", "uint16")
 
 
 class FolderCamera(StoredCamera):
@@ -118,7 +113,7 @@ class FolderCamera(StoredCamera):
     def _picture(self, stored: "_Stored") -> GreyImage:
         path = stored.path
         if stored.number is None:
-            image = _read_grey(path)
+            image = read_grey(path)
         else:
             image = self._videos[path].picture(stored.number)
         if self._like is None:
@@ -139,31 +134,6 @@ class _Stored:
     path: Path
     number: int | None = None
     """Which picture of a video; None for an image."""
-
-
-def _read_grey(path: Path) -> GreyImage:
-    """Read PNG, JPEG, TIFF, PGM and the like as grey, 8 or 16 bit as stored."""
-    try:
-        data = np.frombuffer(path.read_bytes(), np.uint8)
-    except OSError as error:
-        raise DeviceLostError(
-            _NAME, f"{path} cannot be read: {error.strerror}", advice="check permissions and disk"
-        ) from error
-    image: NDArray[np.generic] | None = (
-        cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
-    )
-    if image is None:
-        raise DeviceLostError(
-            _NAME, f"{path} is no image or is damaged", advice="replace or remove it"
-        )
-    if image.dtype.name not in _DEPTHS:
-        raise DeviceLostError(_NAME, f"{path} holds {image.dtype}", advice="8 or 16 bit is needed")
-    grey = cast("GreyImage", image)
-    if grey.ndim == 2:
-        return grey
-    has_alpha = grey.shape[2] == 4
-    code = cv2.COLOR_BGRA2GRAY if has_alpha else cv2.COLOR_BGR2GRAY
-    return cast("GreyImage", cv2.cvtColor(grey, code))
 
 
 def _natural(path: Path) -> list[tuple[int, str]]:
