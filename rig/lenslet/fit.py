@@ -1,7 +1,7 @@
 """From micro-images with numbers to the lattice behind them, and what is wrong with single ones."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,10 +109,10 @@ def _best(
     blank = Lattice(kind, (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), 1.0, 0.0, 0.0)
     s, t = blank.places(numbered.i.astype(np.float64), numbered.j.astype(np.float64))
     reach = float(np.hypot(s, t).max())
-    best: tuple[float, Lattice, NDArray[np.bool_]] | None = None
+    tried: list[tuple[float, Lattice, NDArray[np.bool_]]] = []
     for degree in DEGREES:
         powers = terms(s / reach, t / reach, degree)
-        if whole.sum() < 4 * powers.shape[1]:
+        if tried and whole.sum() < 4 * powers.shape[1]:
             break
         solution, kept = _robust(powers, seen, whole)
         error = seen - powers @ solution
@@ -121,14 +121,12 @@ def _best(
         misfit_px2 = float(square.mean()) * (_CLIPPED_AT * scatter_px) ** 2
         cost = square.size * math.log(misfit_px2 + _FLOOR_PX**2)
         cost += 2.0 * powers.shape[1] * math.log(square.size)
-        if best is None or cost < best[0]:
-            x, y = solution.T.tolist()
-            draft = Lattice(kind, tuple(x), tuple(y), reach, scatter_px, 0.0)
-            sigma_px = _corner_sigma_px(draft, powers[kept], size_px, degree)
-            lattice = Lattice(kind, tuple(x), tuple(y), reach, scatter_px, sigma_px)
-            best = cost, lattice, kept
-    assert best is not None
-    return best[1], best[2]
+        x, y = solution.T.tolist()
+        draft = Lattice(kind, tuple(x), tuple(y), reach, scatter_px, 0.0)
+        sigma_px = _corner_sigma_px(draft, powers[kept], size_px, degree)
+        tried.append((cost, replace(draft, sigma_px=sigma_px), kept))
+    _, lattice, kept = min(tried, key=lambda one: one[0])
+    return lattice, kept
 
 
 def _robust(
