@@ -12,7 +12,7 @@ from rig.errors import CalibrationError
 from rig.json_codec import Codec
 from rig.lenslet.fit import FittedLattice, fit_lattice, lenslets_inside
 from rig.lenslet.lattice import Lattice, LatticeKind
-from rig.lenslet.spline import across_cell, combine, look
+from rig.lenslet.spline import across_cell, brightest, combine, look
 from rig.lenslet.vignetting import Vignetting, fit_vignetting
 from rig.lenslet.white import Picture, RawFormat, white_light
 
@@ -152,7 +152,7 @@ def _gains(
     for n in range(centre_px.shape[0]):
         x0, y0 = centre_px[n, 0], centre_px[n, 1]
         combine(table, size_px, x0, y0, cell)
-        bright = _BRIGHT * cell.max()
+        bright = _BRIGHT * brightest(cell, reach_px, radius_px)
         seen = fitted = square = squares = 0.0
         count = 0
         for v in range(math.ceil(y0 - radius_px), math.floor(y0 + radius_px) + 1):

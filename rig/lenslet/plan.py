@@ -17,6 +17,8 @@ _DIMMEST = 0.1
 """A view is used where it has this part of the light of the middle; the rest is noise."""
 _SMALLEST_PART = 0.4
 """Of the width of the raw picture that must be left then."""
+_INSIDE = 0.61
+"""Micro-images are used so far inside the picture, in spacings: there their light is known."""
 _TAPS = 4
 
 
@@ -146,7 +148,7 @@ def _is_lit(array: LensletArray, on_sensor: Float, window: tuple[int, int, int, 
     i = numbers_of(array.lattice.kind, around_q, around_j)
     centre_px = array.lattice.centres_px(i, around_j)
     width_px, height_px = array.vignetting.size_px
-    margin_px = 0.5 * array.lattice.spacing_px + 1.0
+    margin_px = _INSIDE * array.lattice.spacing_px
     last = np.array([width_px - 1, height_px - 1])
     if np.any(centre_px < margin_px) or np.any(centre_px > last - margin_px):
         return False

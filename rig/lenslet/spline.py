@@ -85,3 +85,18 @@ def look(cell: Float, y: int, x: int, row: Float, column: Float) -> float:
             part += column[b] * cell[y + a, x + b]
         light += row[a] * part
     return light
+
+
+@kernel()
+def brightest(cell: Float, reach_px: float, radius_px: float) -> float:
+    """Return the most light inside a radius; coefficients themselves may be larger than it."""
+    row, column = np.empty(4), np.empty(4)
+    most = 0.0
+    steps = int(math.floor(radius_px))
+    for v in range(-steps, steps + 1):
+        y = across_cell(v, reach_px, cell.shape[0], row)
+        for u in range(-steps, steps + 1):
+            if u * u + v * v <= radius_px * radius_px:
+                x = across_cell(u, reach_px, cell.shape[1], column)
+                most = max(most, look(cell, y, x, row, column))
+    return most

@@ -1,6 +1,7 @@
 """How much light reaches the pixels of a micro-image, and how that changes over the picture."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,11 +19,12 @@ _REACH = 0.55
 _LENSLETS_PER_KNOT = 12
 _MOST_KNOTS = 6
 """Intervals over the picture, each way; few enough that noise averages out."""
-_MOST_LENSLETS = 16_000
+_MOST_LENSLETS = 10_000
 """Enough to fit; of more, every second, third ... is taken."""
-_STEPS = 40
-_RIDGE = 1e-3
-"""What keeps corners of the table at rest that no pixel reaches, over the mean weight of others."""
+_STEPS = 25
+_RIDGE = 3e-4
+"""What keeps coefficients at 0 that no pixel reaches, over the mean weight of all."""
+_ENOUGH = 1e-9
 _DIGITS = 5
 
 
@@ -109,26 +111,45 @@ def fit_vignetting(white: NDArray[np.float32], lattice: Lattice, centre_px: Floa
         return halves.sum(axis=0)
 
     aim = normal(np.zeros(shape), of_white=True)
-    ones = normal(np.ones(shape), of_white=False)
-    ridge = _RIDGE * float(ones.sum()) / ones.size
-    table, rest = np.zeros(shape), aim.copy()
-    scale = 1.0 / np.sqrt(ones + ridge)  # the sums of the rows: a diagonal that all weights share
-    rest = rest * scale
+    weight = normal(np.ones(shape), of_white=False)
+
+    def of_all(cell: Float) -> Float:
+        return normal(np.broadcast_to(cell, shape).copy(), of_white=False).sum(axis=(0, 1))
+
+    # First what all micro-images share, then by how much they differ: where few pixels tell, the
+    # ridge leaves a difference at 0, and not the light.
+    shared = _solved(of_all, aim.sum(axis=(0, 1)), weight.sum(axis=(0, 1)))
+    start = np.broadcast_to(shared, shape).copy()
+    rest = aim - normal(start, of_white=False)
+    table = start + _solved(lambda c: normal(c, of_white=False), rest, weight)
+    levels = float(np.median(table[..., cells // 2, cells // 2]))
+    return Vignetting(size_px, reach_px, levels, np.round(table / levels, _DIGITS))
+
+
+def _solved(image_of: Callable[[Float], Float], aim: Float, weight: Float) -> Float:
+    """Solve normal equations by conjugate gradients, with a ridge.
+
+    Args:
+        image_of: the normal matrix times coefficients.
+        aim: right-hand side.
+        weight: sums of the rows of the matrix: a diagonal that all its weights share.
+    """
+    ridge = _RIDGE * float(weight.sum()) / weight.size
+    scale = 1.0 / np.sqrt(weight + ridge)
+    solution, rest = np.zeros(aim.shape), aim * scale
     direction, square = rest.copy(), float(np.vdot(rest, rest))
     first = square
     for _ in range(_STEPS):
-        if square <= 1e-10 * first:
+        if square <= _ENOUGH * first:
             break
         scaled = direction * scale
-        image = (normal(scaled, of_white=False) + ridge * scaled) * scale
+        image = (image_of(scaled) + ridge * scaled) * scale
         step = square / float(np.vdot(direction, image))
-        table += step * direction
+        solution += step * direction
         rest -= step * image
         square, before = float(np.vdot(rest, rest)), square
         direction = rest + square / before * direction
-    table *= scale
-    levels = float(table.max())
-    return Vignetting(size_px, reach_px, levels, np.round(table / levels, _DIGITS))
+    return solution * scale
 
 
 def _neighbours_px(lattice: Lattice) -> Float:
