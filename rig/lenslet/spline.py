@@ -92,7 +92,7 @@ def brightest(cell: Float, reach_px: float, radius_px: float) -> float:
     """Return the most light inside a radius; coefficients themselves may be larger than it."""
     row, column = np.empty(4), np.empty(4)
     most = 0.0
-    steps = int(math.floor(radius_px))
+    steps = math.floor(radius_px)
     for v in range(-steps, steps + 1):
         y = across_cell(v, reach_px, cell.shape[0], row)
         for u in range(-steps, steps + 1):

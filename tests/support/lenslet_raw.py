@@ -3,19 +3,26 @@
 import math
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rig_sim.lenslets.array import TrueArray
 
 from rig.lenslet.array import LensletArray, fit_array
+from rig.lenslet.lattice import LatticeKind
 from rig.lenslet.white import RawFormat
-from rig_sim.lenslets.array import TrueArray
 
 DARK, FULL, WHITE = 64, 4095, 3000.0
 COLOURS = np.array([[0.6, 1.0], [0.9, 0.5]])
 
 
-def true_array(lattice="hexagonal", size_px=(560, 420), rotation_deg=2.0, **changes) -> TrueArray:
+def true_array(
+    lattice: LatticeKind = "hexagonal",
+    size_px: tuple[int, int] = (420, 320),
+    rotation_deg: float = 2.0,
+    **changes: Any,
+) -> TrueArray:
     """An array whose micro-images nearly touch, with a cat's eye."""
     array = TrueArray(
         lattice,
@@ -37,7 +44,9 @@ def without_some(array: TrueArray, share: float) -> TrueArray:
     return replace(array, missing=frozenset(zip(i[gone].tolist(), j[gone].tolist(), strict=True)))
 
 
-def exposed(light: NDArray[np.float64], *, is_bayer=False, noise=0.0) -> NDArray[np.uint16]:
+def exposed(
+    light: NDArray[np.float64], *, is_bayer: bool = False, noise: float = 0.0
+) -> NDArray[np.uint16]:
     """Grey values of light (H, W), 1 = `WHITE` above `DARK`."""
     rows, columns = light.shape
     if is_bayer:
@@ -46,15 +55,17 @@ def exposed(light: NDArray[np.float64], *, is_bayer=False, noise=0.0) -> NDArray
     return np.clip(np.rint(WHITE * light + DARK), 0, FULL).astype(np.uint16)
 
 
-def raw_format(*, is_bayer=False) -> RawFormat:
+def raw_format(*, is_bayer: bool = False) -> RawFormat:
     """Of `exposed`."""
     return RawFormat(FULL, is_bayer, float(DARK))
 
 
 @lru_cache(maxsize=4)
-def fitted(lattice="hexagonal", is_bayer=False) -> tuple[TrueArray, LensletArray]:
+def fitted(
+    lattice: LatticeKind = "hexagonal", is_bayer: bool = False
+) -> tuple[TrueArray, LensletArray]:
     """A small array, and what its white picture tells of it."""
-    truth = true_array(lattice)
+    truth = true_array(lattice, (320, 240))
     white = exposed(truth.white(), is_bayer=is_bayer)
     return truth, fit_array(white, raw_format(is_bayer=is_bayer), lattice, 14.2)[0]
 

@@ -6,6 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from rig_sim.lenslets.array import TrueArray
+
+from rig.arrays import Float
+from rig.errors import CalibrationError
+from rig.lenslet.array import ARRAY_JSON, LensletArray, columns_of, fit_array, numbers_of
+from rig.lenslet.lattice import LatticeKind
+from rig.lenslet.match import shows_the_lattice
+from rig.lenslet.plan import plan_views
+from rig.lenslet.views import TOP, sub_apertures, view_size_px
 from tests.support.lenslet_raw import (
     COLOURS,
     DARK,
@@ -14,25 +24,25 @@ from tests.support.lenslet_raw import (
     exposed,
     fitted,
     in_images,
+    raw_format,
     true_array,
 )
 
-from rig.errors import CalibrationError
-from rig.lenslet.array import ARRAY_JSON, columns_of, numbers_of
-from rig.lenslet.match import shows_the_lattice
-from rig.lenslet.plan import plan_views
-from rig.lenslet.views import TOP, sub_apertures, view_size_px
-
 OFFSETS_PX = np.array([(0, 0), (-3.5, 0), (2.2, 0), (0, -3.1), (0, 3.6), (2.0, -2.0)])
+SLOW = [("hexagonal", False), ("hexagonal", True), ("square", True)]
+KINDS = [pytest.param("hexagonal", marks=pytest.mark.slow), "square"]
 
 
-def light_of(views):
+def light_of(views: NDArray[np.uint16]):
     """Grey values of a raw picture that views stand for."""
     return views.astype(float) / TOP * (FULL - DARK)
 
 
-@pytest.mark.parametrize(("kind", "is_bayer"), [("hexagonal", False), ("square", True)])
-def test_views_of_white_are_even_and_stand_where_they_are_asked(kind, is_bayer):
+@pytest.mark.parametrize(
+    ("kind", "is_bayer"),
+    [("square", False), *(pytest.param(*one, marks=pytest.mark.slow) for one in SLOW)],
+)
+def test_views_of_white_are_even_and_stand_where_they_are_asked(kind: LatticeKind, is_bayer: bool):
     truth, array = fitted(kind, is_bayer)
     plan = plan_views(array, OFFSETS_PX)
     passed, along, across = in_images(truth)
@@ -52,8 +62,8 @@ def test_views_of_white_are_even_and_stand_where_they_are_asked(kind, is_bayer):
     assert np.abs(found - OFFSETS_PX[:, None, None]).max() < 0.1
 
 
-@pytest.mark.parametrize("kind", ["hexagonal", "square"])
-def test_a_view_is_an_upright_picture_of_square_pixels(kind):
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_view_is_an_upright_picture_of_square_pixels(kind: LatticeKind):
     truth, array = fitted(kind)
     plan = plan_views(array, OFFSETS_PX[:1])
     x, y = truth.pixels()
@@ -81,7 +91,9 @@ def test_a_view_is_an_upright_picture_of_square_pixels(kind):
     assert math.sqrt(left / view.size) < 0.02 * 0.3 * WHITE
 
 
-def _own_numbers(truth, array, i, j):
+def _own_numbers(
+    truth: TrueArray, array: LensletArray, i: NDArray[np.int64], j: NDArray[np.int64]
+) -> tuple[Float, Float]:
     """Numbers of the fitted lattice of the true lenslets (i, j); their origins differ."""
     centre = truth.centres_px(np.array([0]), np.array([0]))
     own_i, own_j = (np.rint(n) for n in array.lattice.numbers(centre))
@@ -108,7 +120,7 @@ def test_noise_of_a_view_is_foretold_by_the_plan():
 def test_missing_lenslets_take_the_mean_of_those_around_them():
     truth, array = fitted("square")
     gains = array.gains.copy()
-    gains[14, 17] = 0.0
+    gains[8, 9] = 0.0
     plan = plan_views(replace(array, gains=gains), OFFSETS_PX[:1])
     row, column = (int(n[0]) for n in np.nonzero(~plan.usable))
     x, y = truth.pixels()
@@ -138,16 +150,14 @@ def test_a_view_outside_of_its_micro_image_is_told_with_the_most_that_it_holds()
         plan_views(array, np.array([(6.5, 0.0)]))
 
 
+@pytest.mark.slow
 def test_a_view_without_light_in_the_corners_shrinks_the_picture_and_is_told_in_the_end():
-    from rig.lenslet.array import fit_array
-    from tests.support.lenslet_raw import raw_format
-
     truth = true_array("square", barrel_px=6.0, barrel_shift=0.02)
     array, _ = fit_array(exposed(truth.white()), raw_format(), "square", 14.0)
     near = plan_views(array, np.array([(0.0, 0.0)])).usable.shape
-    far = plan_views(array, np.array([(0.0, 0.0), (3.0, 0.0)])).usable.shape
+    far = plan_views(array, np.array([(-4.5, 0.0), (4.5, 0.0)])).usable.shape
 
-    assert far < near
+    assert far[1] < near[1]
     with pytest.raises(CalibrationError, match="has light only in less than 40 %"):
         plan_views(array, np.array([(-5.9, 0.0), (5.9, 0.0)]))
 
@@ -162,10 +172,10 @@ def test_an_array_comes_back_from_json_to_the_last_digit():
     assert np.array_equal(back.gains, array.gains)
 
 
-@pytest.mark.parametrize("kind", ["hexagonal", "square"])
-def test_a_picture_is_told_from_one_whose_lattice_lies_elsewhere(kind):
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_picture_is_told_from_one_whose_lattice_lies_elsewhere(kind: LatticeKind):
     truth, array = fitted(kind)
-    scene = 0.3 + 0.2 * np.random.default_rng(2).random((420, 560))
+    scene = 0.3 + 0.2 * np.random.default_rng(2).random((240, 320))
     raw = exposed(truth.white() * scene)
 
     assert shows_the_lattice(raw, array)

@@ -1,17 +1,21 @@
 """White pictures that are none: every refusal says what was found and what to do."""
 
+from typing import Any
+
 import numpy as np
 import pytest
-from tests.support.lenslet_raw import exposed, raw_format, true_array, without_some
 
+from rig.arrays import Float
 from rig.errors import CalibrationError
 from rig.lenslet.array import fit_array
+from rig.lenslet.lattice import LatticeKind
 from rig.lenslet.white import white_light
+from tests.support.lenslet_raw import exposed, raw_format, true_array, without_some
 
 SMALL = (280, 210)
 
 
-def fit(light, kind="hexagonal", spacing_px=14.0, **asked):
+def fit(light: Float, kind: LatticeKind = "hexagonal", spacing_px: float = 14.0, **asked: Any):
     return fit_array(exposed(light), raw_format(), kind, spacing_px, **asked)
 
 
@@ -21,8 +25,8 @@ def test_another_kind_of_lattice_is_told_with_its_spacing():
 
 
 def test_another_spacing_is_told_with_both():
-    with pytest.raises(CalibrationError, match=r"lie 14\.0\d px apart.*spacing_px is 12 px"):
-        fit(true_array(size_px=SMALL).white(), spacing_px=12.0)
+    with pytest.raises(CalibrationError, match=r"lie 14\.0\d px apart.*spacing_px is 16 px"):
+        fit(true_array(size_px=SMALL).white(), spacing_px=16.0)
 
 
 def test_a_scene_in_place_of_white_is_told():
