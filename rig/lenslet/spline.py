@@ -15,7 +15,7 @@ MARGIN = 3
 
 
 @kernel()
-def weights(part: float, out: Float) -> None:
+def _weights(part: float, out: Float) -> None:
     """Write the weights (4,) of four coefficients, at a part (0 to 1) of the middle interval."""
     rest = 1.0 - part
     out[0] = rest * rest * rest / 6.0
@@ -30,7 +30,7 @@ def _interval(place: float, count: int, out: Float) -> int:
     intervals = count - 3
     at = min(max(place, 0.0), 1.0) * intervals
     first = min(math.floor(at), intervals - 1)
-    weights(at - first, out)
+    _weights(at - first, out)
     return first
 
 
