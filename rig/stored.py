@@ -18,7 +18,7 @@ from rig.geometry.rig_geometry_json import geometry_from_json
 from rig.optics.calibrated import calibrated_optics
 from rig.optics.nominal import nominal_optics
 from rig.optics.optics import Optics
-from rig.profile import Profile
+from rig.profile import LensletCameraConfig, Profile
 from rig.profile.load import parse_profile
 from rig.records import StoredCalibration, StoredCurve, Sweep
 from rig.run import Run, RunCurve
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from rig.database import Store
 
 NO_CALIBRATION = "none"
+LENSLETS = "lenslets"
+"""Key of the geometry of a calibration that is one of lenslets, see `rig.lenslet.array`."""
 CurveChoice = int | Literal["newest", "none"]
 """Number of a curve, the newest good one of the rig, or none."""
 
@@ -96,7 +98,7 @@ def open_run(
             return replace(run, awaits="slopes")
     if curve == "none":
         return run
-    if is_first and run.calibration is not None:
+    if is_first and run.optics.axis_law is not None:
         found = curve_alone(run)
     else:
         found = find_curve(store, run, None if curve == "newest" else curve)
@@ -224,6 +226,8 @@ def optics_of(profile: Profile, calibration: StoredCalibration | None) -> Optics
         )
     if profile.camera.is_scan:
         _require_same_scan(profile, calibration)
+    if LENSLETS in calibration.geometry:
+        return nominal_optics(profile, calibration.id)
     geometry = geometry_from_json(calibration.geometry)
     if geometry.stage is not None:
         _require_same_stage(profile, calibration)
@@ -262,7 +266,29 @@ def require_matching(run: Run, calibrated: Profile, curve: StoredCurve) -> None:
 
 
 def _run(profile: Profile, calibration: StoredCalibration | None) -> Run:
-    return Run(profile, optics_of(profile, calibration), None, calibration)
+    optics = optics_of(profile, calibration)
+    return Run(_with_lenslets(profile, calibration), optics, None, calibration)
+
+
+def _with_lenslets(profile: Profile, calibration: StoredCalibration | None) -> Profile:
+    """The profile, with the calibrated array where its camera has lenslets.
+
+    Raises:
+        ConfigError: calibration and camera are not of one kind.
+    """
+    lenslets = None if calibration is None else calibration.geometry.get(LENSLETS)
+    is_lenslet = isinstance(profile.camera, LensletCameraConfig)
+    if calibration is None or (not is_lenslet and lenslets is None):
+        return profile
+    if not is_lenslet or lenslets is None:
+        is_of = "cameras and their places" if lenslets is None else "lenslets"
+        raise ConfigError(
+            f"calibration {calibration.id} is one of {is_of}, camera.kind of {profile.name} is "
+            f"{profile.camera.kind}",
+            advice=f"run `rig calibrate {profile.name}`, or choose another with --calibration",
+        )
+    camera = profile.camera.model_copy(update={"lenslets": lenslets})
+    return profile.model_copy(update={"camera": camera})
 
 
 def _chosen_calibration(

@@ -57,7 +57,7 @@ def check_on_rig(
         StoreError: there is no such calibration as was asked for.
     """
     request = check_request(profile, choice, moves=moves)
-    with Interrupts(), open_what_answers(profile) as answers:
+    with Interrupts(), open_what_answers(request.profile) as answers:
         yield from check_rig(request, answers, tell)
 
 

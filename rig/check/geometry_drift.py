@@ -10,6 +10,7 @@ from rig.geometry.sighting import Sighting
 from rig.optics.target import target_of
 from rig.profile import Profile
 from rig.records import StoredCalibration
+from rig.stored import LENSLETS
 from rig.targets import Target, find_target
 
 CHANCE = 1e-3
@@ -34,6 +35,9 @@ def judge_geometry_drift(
     if stored is None:
         found = "nothing to compare with: this rig has no stored geometric calibration"
         return Item("geometry", "skip", found, calibrate)
+    if LENSLETS in stored.geometry:
+        found = f"calibration {stored.id} is one of lenslets: views of one lens cannot drift apart"
+        return Item("geometry", "skip", found)
     try:
         geometry = geometry_from_json(stored.geometry)
         if geometry.covariance is None:

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from rig.cli.calibration_result import calibration_as_dict, calibration_lines
+from rig.cli.lenslet_result import lenslet_lines, lenslets_as_dict
 from rig.cli.next_verb import tell_next
 from rig.cli.options import AsJson, DatabaseUrl, Note, Overrides, ProfileName, Tags
 from rig.cli.output import show, show_json, tell
@@ -53,6 +54,15 @@ def calibrate(
             show_default=False,
         ),
     ] = None,
+    white: Annotated[
+        Path | None,
+        typer.Option(
+            "--white",
+            metavar="FILE",
+            help="Picture of an evenly lit white surface, for a camera behind lenslets.",
+            show_default=False,
+        ),
+    ] = None,
     pictures: Annotated[
         int,
         typer.Option(
@@ -92,8 +102,12 @@ def calibrate(
     and stops when more would not help. Every picture is on the disk before the next is taken:
     after Ctrl-C or a crash `--resume` goes on. Ends with the depth error that the calibration
     alone causes; exit code 3 says that the calibration is weak, and why.
+
+    A camera behind lenslets is calibrated by a white picture: where its micro-images lie, and how
+    much light reaches their pixels. Views of one lens need no more.
     """
     from rig.calibrate.calibrate import CalibrateRequest, run_calibration
+    from rig.calibrate.lenslets import calibrate_lenslets
     from rig.calibrate.solve import SolveChoices
     from rig.calibrate.stored_pictures import stored_pictures
     from rig.calibrate.take import Operator
@@ -107,6 +121,15 @@ def calibrate(
         raise typer.BadParameter(f"--fix {fix.value}: give the calibration with --start")
     page = page_request(view_host, view_port, is_wanted=view)
     profile = load_profile(profile_name, overrides or ())
+    if white is not None or profile.camera.kind == "lenslet":
+        with open_store(database) as store:
+            found = calibrate_lenslets(profile, store, tell, white)
+        if as_json:
+            show_json(lenslets_as_dict(found))
+        else:
+            for line in lenslet_lines(found):
+                show(line)
+        return
     if frames:
         profile = stored_pictures(profile, frames, Path.cwd())
     with open_store(database) as store:

@@ -60,7 +60,7 @@ def compare_on_rig(
     """
     with open_store(choice.database, absent=choice.absent) as store:
         run = open_run(store, profile, choice.calibration, choice.curve)
-        with open_camera(profile) as (camera, _):
+        with open_camera(run.profile) as (camera, _):
             run.require_unit(camera.identity)
             return compare_methods(completed_run(run, camera), request, camera, store, progress)
 

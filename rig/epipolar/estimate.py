@@ -1,6 +1,8 @@
 """The dense slope estimator: from rectified views to slope, sigma and label of every pixel."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +20,7 @@ from rig.epipolar.placement.fit import find_placement
 from rig.epipolar.placement.placement import Placement, on_their_lines
 from rig.epipolar.plain import has_coarse_texture
 from rig.epipolar.prepare import Ready, closer_noise, prepare
-from rig.epipolar.refine import FAR, NEAR, refine
+from rig.epipolar.refine import FAR, NEAR, Stitched, refine
 from rig.epipolar.sampling import pad
 from rig.epipolar.search.cross_check import is_one_sided
 from rig.epipolar.search.found import Found
@@ -152,10 +154,11 @@ def _estimate(
     )  # fmt: skip
     if is_thin:
         hidden = doubled(hidden, grey.shape[1])
-    start = NEAR if ready.effort is Effort.FULL else None
-    lines, (stitched, variance) = refine(
-        images, splines, sided, covered, cameras, scales, drift, start, is_thin=is_thin
-    )
+    step = partial(
+        refine, images, splines, covered=covered, cameras=cameras, scales=scales, drift=drift,
+        is_thin=is_thin,
+    )  # fmt: skip
+    lines, (stitched, variance) = _stepped(step, sided, ready, window)
     slope = window.hold(_within_reach(sided, stitched, ready))
     warnings, placement = ready.warnings, None
     if ready.effort is not Effort.FOLLOWED and not trust_places:
@@ -215,6 +218,25 @@ def _estimate(
         mending=mending if is_looked_for else None,
         steady=handed_on(ready, pooled, broad, rival_px, slope),
     )
+
+
+def _stepped(
+    step: Callable[..., tuple[LineFits, Stitched]],
+    slope_px: NDArray[np.float32],
+    ready: Ready,
+    window: Window,
+) -> tuple[LineFits, Stitched]:
+    """Step from the slopes (H, W) of a search, or of the last frame, to the lines.
+
+    Where only the range is narrow there was no last frame: the start came from a search all the
+    same, and one step keeps a part of its error. Near 0 that does not average out over the places
+    between pixels, so that there is a second one.
+    """
+    start = NEAR if ready.effort is Effort.FULL else None
+    lines, stitched = step(slope_px=slope_px, found=start)
+    if ready.effort is Effort.FOLLOWED and ready.before is None:
+        return step(slope_px=window.hold(stitched[0]))
+    return lines, stitched
 
 
 def _within_reach(

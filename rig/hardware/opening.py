@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rig.devices import Camera, Clock, Stage, SystemClock
 from rig.errors import ConfigError, RigError
-from rig.profile import Profile, ScanCameraConfig, StageConfig
+from rig.profile import RAW_VIEW, CameraConfig, Profile, ScanCameraConfig, StageConfig
 from rig.profile.kinds import ScanKeeping, Surroundings
 from rig.profile.plugins import CAMERAS, STAGES
 
@@ -101,6 +101,22 @@ def open_camera(
         yield stack.enter_context(bench.camera()), bench.clock
 
 
+@contextmanager
+def open_raw_camera(profile: Profile, config: CameraConfig) -> Generator[Camera]:
+    """Open the camera that gives raw pictures of a lenslet array, behind a diffuser.
+
+    Args:
+        profile: the rig.
+        config: the camera inside its camera, or another one of one view in its place.
+
+    Raises:
+        DeviceError: the camera is not there or does not answer.
+    """
+    with ExitStack() as stack:
+        bench = _Bench(profile, stack, uses_stage=False, behind_diffuser=True)
+        yield stack.enter_context(bench.raw_camera(config))
+
+
 class _Bench:
     """Makes each part when it is asked for; a real bench never imports `sim`."""
 
@@ -112,6 +128,7 @@ class _Bench:
         uses_stage: bool,
         target_in_hand: bool = False,
         scans: ScanKeeping | None = None,
+        behind_diffuser: bool = False,
     ) -> None:
         self._profile = profile
         self.clock: Clock = SystemClock()
@@ -120,7 +137,12 @@ class _Bench:
             from rig_sim import bench
 
             world = stack.enter_context(
-                bench.plugged_world(profile, uses_stage=uses_stage, target_in_hand=target_in_hand)
+                bench.plugged_world(
+                    profile,
+                    uses_stage=uses_stage,
+                    target_in_hand=target_in_hand,
+                    behind_diffuser=behind_diffuser,
+                )
             )
             self._simulated, self.clock = bench.SimulatedBench(world), world.clock
         self._around = Surroundings(
@@ -136,6 +158,10 @@ class _Bench:
                 inner=CAMERAS.kind(config.inner.kind).open(config.inner, carried),
                 carriers=tuple(map(self.stage, self._profile.stages.carriers.values())),
             )
+        return CAMERAS.kind(config.kind).open(config, around)
+
+    def raw_camera(self, config: CameraConfig) -> Camera:
+        around = replace(self._around, views=(RAW_VIEW,))
         return CAMERAS.kind(config.kind).open(config, around)
 
     def stage(self, config: StageConfig) -> Stage:

@@ -35,11 +35,9 @@ class NominalOptics:
     """Of the pictures; None where it was not measured."""
     size_px: tuple[int, int] | None = None
     """Width and height of a picture; None where the profile does not tell it."""
-
-    @property
-    def calibration_id(self) -> None:
-        """None: there is no calibration."""
-        return
+    calibration_id: int | None = None
+    """Number of the calibration of the lenslets that the views come from; None for views that a
+    camera gives itself."""
 
     def board_views(self, images: Pictures) -> BoardViews:
         """Return the pictures as they are."""
@@ -134,14 +132,20 @@ class NominalOptics:
         return Pinhole(width_px, height_px, focal_px, middle_px, np.eye(3))
 
 
-def nominal_optics(profile: Profile) -> NominalOptics:
-    """Return the optics of a rig as its profile has it; its views are those of the pictures."""
+def nominal_optics(profile: Profile, calibration_id: int | None = None) -> NominalOptics:
+    """Return the optics of a rig as its profile has it; its views are those of the pictures.
+
+    Args:
+        profile: the rig.
+        calibration_id: number of the calibration of its lenslets, where it has some.
+    """
     return NominalOptics(
         x_steps=np.array([view.x_steps for view in profile.views]),
         y_steps=np.array([view.y_steps for view in profile.views]),
         reference=profile.reference,
         noise=noise_of(profile),
         size_px=profile.camera.size_of(profile.views[profile.reference].name),
+        calibration_id=calibration_id,
     )
 
 

@@ -7,6 +7,8 @@ from rig.profile.cameras import (
     RecordingCameraConfig,
     SimCameraConfig,
 )
+from rig.profile.lenslet_camera import RAW_VIEW, LensletCameraConfig
+from rig.profile.lenslet_world import LensletWorldConfig
 from rig.profile.models import Profile, SweepConfig
 from rig.profile.oak_cameras import OakCameraConfig, OakPixels, OakSensorConfig
 from rig.profile.parts import PartConfig, Region, regions_in
@@ -32,6 +34,7 @@ from rig.profile.world import (
 )
 
 __all__ = [
+    "RAW_VIEW",
     "CameraConfig",
     "CarriageConfig",
     "CharucoConfig",
@@ -40,6 +43,8 @@ __all__ = [
     "FirmwareConfig",
     "FolderCameraConfig",
     "GrblStageConfig",
+    "LensletCameraConfig",
+    "LensletWorldConfig",
     "ManualStageConfig",
     "MarlinFirmwareConfig",
     "MarlinStageConfig",

@@ -13,6 +13,7 @@ CAMERAS: Mapping[str, str] = {
     "oak": "rig_drivers.oak.kind:OAK",
     "v4l2": "rig_drivers.v4l2.kind:V4L2",
     "scan": "rig_drivers.scan.kind:SCAN",
+    "lenslet": "rig_drivers.lenslet.kind:LENSLET",
 }
 """By `camera.kind`: module and name of its `CameraKind`."""
 STAGES: Mapping[str, str] = {

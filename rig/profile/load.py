@@ -88,11 +88,18 @@ def _read(path: Path) -> dict[str, Any]:
         raise ConfigError(error.found, advice=error.advice) from error
     except ValueError as error:
         raise ConfigError(f"{path}: not valid TOML: {error}", advice="correct this line") from error
-    camera = data.get("camera")
-    for key in _path_keys(camera):
-        if isinstance(camera, dict) and isinstance(camera.get(key), str):
-            camera[key] = str(path.resolve().parent / Path(camera[key]).expanduser())
+    _start_at(path.resolve().parent, data.get("camera"))
     return data
+
+
+def _start_at(folder: Path, camera: object) -> None:
+    """Let relative paths of a camera, and of the one inside it, start at a folder."""
+    if not isinstance(camera, dict):
+        return
+    for key in _path_keys(camera):
+        if isinstance(camera.get(key), str):
+            camera[key] = str(folder / Path(camera[key]).expanduser())
+    _start_at(folder, camera.get("raw"))
 
 
 def _told(source: str, errors: Sequence[ErrorDetails], data: object) -> str:

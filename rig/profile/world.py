@@ -4,6 +4,7 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from rig.profile.lenslet_world import LensletWorldConfig
 from rig.profile.model import Model, NotNegative, Positive
 
 Vector = tuple[float, float, float]
@@ -248,6 +249,8 @@ class WorldConfig(Model):
     """Lens and arrangement of the ideal cameras."""
     sensor: SensorConfig = SensorConfig()
     """Noise and grey levels."""
+    lenslets: LensletWorldConfig | None = None
+    """The array of a simulated lenslet camera; None for cameras of one view each."""
     view_errors: dict[str, ViewErrorConfig] = Field(default_factory=dict)
     """By view name: how the true camera differs from the ideal one."""
     eeprom: bool = False

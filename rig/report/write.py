@@ -9,6 +9,7 @@ from rig.report.extra import report_extra
 
 if TYPE_CHECKING:
     from rig.database import Store
+    from rig.report.calibration.lenslets import ShownLenslets
     from rig.report.calibration.shown import ShownCalibration
     from rig.sweep.conclude import SweepResult
 
@@ -53,6 +54,26 @@ def write_calibration_page(path: Path, shown: "ShownCalibration") -> Path:
     with report_extra(f"the page of a calibration of {shown.rig}", "calibrate again"):
         from rig.report.calibration.page import calibration_html  # noqa: PLC0415
     _write(path, calibration_html(shown))
+    return path
+
+
+def write_lenslet_page(path: Path, shown: "ShownLenslets") -> Path:
+    """Write the page of a calibration of lenslets: there completely or not at all.
+
+    Args:
+        path: the HTML file.
+        shown: the calibration, and its white picture.
+
+    Returns:
+        `path`.
+
+    Raises:
+        ConfigError: the extra `report` is not installed.
+        StoreError: the file cannot be written.
+    """
+    with report_extra(f"the page of a calibration of {shown.rig}", "calibrate again"):
+        from rig.report.calibration.lenslet_page import lenslet_html  # noqa: PLC0415
+    _write(path, lenslet_html(shown))
     return path
 
 

@@ -28,7 +28,11 @@ from rig_sim.world import World
 
 @contextmanager
 def plugged_world(
-    profile: Profile, *, uses_stage: bool, target_in_hand: bool = False
+    profile: Profile,
+    *,
+    uses_stage: bool,
+    target_in_hand: bool = False,
+    behind_diffuser: bool = False,
 ) -> Generator[World]:
     """Build the World of a profile and plug its stage into the serial port that it names.
 
@@ -36,6 +40,7 @@ def plugged_world(
         profile: a profile with a `[world]`.
         uses_stage: whether the stage takes part; it decides what stands before the camera.
         target_in_hand: whether a hand shows the board, where no stage carries it.
+        behind_diffuser: whether somebody holds a diffuser before the lens.
 
     Raises:
         ConfigError: the profile has no `[world]`.
@@ -73,6 +78,7 @@ def plugged_world(
             scene=scene,
             in_hand=target_in_hand,
             track=track,
+            behind_diffuser=behind_diffuser,
         )
 
 

@@ -8,6 +8,7 @@ from rig.devices import not_open
 from rig.errors import CaptureTimeoutError
 from rig.frames import Frame, MultiView
 from rig.profile import SimCameraConfig
+from rig_sim.lenslets.exposures import RawExposures
 from rig_sim.pictures import Exposures
 from rig_sim.world import World
 
@@ -19,12 +20,20 @@ class SimCamera:
 
     A frame sees the board where it is in the middle of the exposure; there is no motion blur.
     Frames are numbered as they are taken out: a gap in the numbers of a stream means dropped ones.
+
+    Args:
+        config: size and timing.
+        world: what it looks at.
+        raw: exposures of its one raw view, where it stands behind a lenslet array.
     """
 
-    def __init__(self, config: SimCameraConfig, world: World) -> None:
+    def __init__(
+        self, config: SimCameraConfig, world: World, raw: RawExposures | None = None
+    ) -> None:
         self._config = config
         self._world = world
-        self._exposures = Exposures(world, in_colour=config.colour)
+        self._exposures = Exposures(world, in_colour=config.colour) if raw is None else raw
+        self._views = world.views if raw is None else raw.views
         self._opened_s: float | None = None
         self._sequence = 0
         self._late = 0
@@ -51,7 +60,7 @@ class SimCamera:
     @property
     def views(self) -> tuple[str, ...]:
         """See `Camera.views`."""
-        return self._world.views
+        return self._views
 
     @property
     def dropped(self) -> Mapping[str, int]:

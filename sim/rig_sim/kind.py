@@ -13,7 +13,13 @@ if TYPE_CHECKING:
 def _open(config: SimCameraConfig, around: Surroundings) -> Camera:
     from rig_sim.camera import SimCamera
 
-    return SimCamera(config, cast("SimulatedBench", around.simulated).world)
+    world = cast("SimulatedBench", around.simulated).world
+    lenslets = world.config.lenslets
+    if lenslets is None:
+        return SimCamera(config, world)
+    from rig_sim.lenslets.exposures import RawExposures
+
+    return SimCamera(config, world, RawExposures(config, world, lenslets))
 
 
 SIM = CameraKind(contract=1, name="sim", config=SimCameraConfig, open=_open)

@@ -150,15 +150,17 @@ def _bench(camera: TrueCamera) -> Picture:
     """The picture without a board; its soft surfaces need but the middle of every pixel."""
     directions = camera.directions(*camera.pixel_grid()) @ camera.rotation.T
     surfaces = static_surfaces("board")
-    return _seen(surfaces, np.asarray(camera.position_mm), directions).astype(np.float32)
+    return seen(surfaces, np.asarray(camera.position_mm), directions).astype(np.float32)
 
 
-def _seen(surfaces: tuple[Surface, ...], origin_mm: Array, directions: Array) -> Array:
+def seen(surfaces: tuple[Surface, ...], origin_mm: Array, directions: Array) -> Array:
+    """Return the light (...) along rays from (3,) or (..., 3), directions (..., 3)."""
+    origin_mm = np.broadcast_to(origin_mm, directions.shape)
     distance, index = cast([surface.shape for surface in surfaces], origin_mm, directions)
     light = np.zeros(distance.shape)
     for number, surface in enumerate(surfaces):
         here = index == number
-        points = origin_mm + distance[here][:, None] * directions[here]
+        points = origin_mm[here] + distance[here][:, None] * directions[here]
         unit_from_world = surface.shape.unit_from_world
         unit = points @ unit_from_world[:2, :3].T + unit_from_world[:2, 3]
         light[here] = _texel(surface.texture, (unit + 1.0) / 2.0)

@@ -14,6 +14,7 @@ from rig.devices import Clock
 from rig.errors import ConfigError
 from rig.profile import (
     CharucoConfig,
+    LensletCameraConfig,
     Profile,
     ScanCameraConfig,
     TargetConfig,
@@ -67,6 +68,7 @@ class World:
         scene: what stands before the cameras: `board`, or `desk` without a board.
         in_hand: whether a hand shows the board, in place of the carriage.
         track: what carries the one camera of a scan; None where cameras stand.
+        behind_diffuser: whether somebody holds a diffuser before the lens.
 
     Raises:
         ConfigError: the profile lacks a part that this scene needs.
@@ -81,9 +83,11 @@ class World:
         scene: Scene,
         in_hand: bool = False,
         track: Track | None = None,
+        behind_diffuser: bool = False,
     ) -> None:
         camera = profile.camera
-        if profile.world is None or camera.size_px is None:
+        inside = camera.raw if isinstance(camera, LensletCameraConfig) else camera
+        if profile.world is None or inside.size_px is None:
             raise ConfigError(
                 f"profile {profile.name}: a simulated world needs a [world] section and a camera "
                 f'with a size (camera.kind = "sim" or "oak"), found {camera.kind!r}',
@@ -98,7 +102,8 @@ class World:
         self.config: WorldConfig = profile.world
         self.clock = clock
         self.scene: Scene = scene
-        self._sizes_px = [camera.size_of(view.name) or camera.size_px for view in profile.views]
+        self.behind_diffuser = behind_diffuser
+        self._sizes_px = [inside.size_of(view.name) or inside.size_px for view in profile.views]
         self._carriage = carriage
         self._began_s = clock.now_s()
         target = profile.target

@@ -4,24 +4,17 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
-
-import cv2
-import numpy as np
 
 from rig.devices import Clock
 from rig.errors import ConfigError, DeviceLostError, DeviceNotFoundError
-from rig.frames import ColourImage, Frame, GreyImage, MultiView
-from rig.pictures import PictureError, decoded
+from rig.frames import Frame, GreyImage, MultiView
 from rig.profile import FolderCameraConfig, Region, ViewConfig, regions_in
 from rig_drivers.split import cut
 from rig_drivers.stored.camera import StoredCamera
+from rig_drivers.stored.picture import Picture, read_picture
 from rig_drivers.stored.video import SUFFIXES, StoredVideo
 
 _NAME = "camera folder"
-_DEPTHS = ("uint8", "uint16")
-_Picture = tuple[GreyImage, ColourImage | None]
-"""Grey values, and the colour that they were made of."""
 
 
 class FolderCamera(StoredCamera):
@@ -120,7 +113,7 @@ class FolderCamera(StoredCamera):
             self._videos[path] = StoredVideo(path)
         return [_Stored(path, number) for number in range(len(self._videos[path]))]
 
-    def _images(self, stored: "Sequence[_Stored]") -> list[_Picture]:
+    def _images(self, stored: "Sequence[_Stored]") -> list[Picture]:
         whole = {one: self._picture(one) for one in dict.fromkeys(stored)}
         named = zip(self._views, stored, strict=True)
         pictures = [self._part(view, one, whole[one]) for view, one in named]
@@ -128,7 +121,7 @@ class FolderCamera(StoredCamera):
             self._check(view, one, image)
         return pictures
 
-    def _part(self, view: str, stored: "_Stored", whole: _Picture) -> _Picture:
+    def _part(self, view: str, stored: "_Stored", whole: Picture) -> Picture:
         if view not in self._config.parts:
             return whole
         source = self._config.files[view]
@@ -148,9 +141,9 @@ class FolderCamera(StoredCamera):
         except ValueError as error:
             raise ConfigError(f"camera.{error}", advice=f"look at {path}") from error
 
-    def _picture(self, stored: "_Stored") -> _Picture:
+    def _picture(self, stored: "_Stored") -> Picture:
         if stored.number is None:
-            return _read(stored.path)
+            return read_picture(stored.path)
         return self._videos[stored.path].picture(stored.number)
 
     def _check(self, view: str, stored: "_Stored", image: GreyImage) -> None:
@@ -179,36 +172,6 @@ class _Stored:
     path: Path
     number: int | None = None
     """Which picture of a video; None for an image."""
-
-
-def _read(path: Path) -> _Picture:
-    """Read PNG, JPEG, TIFF, PGM and the like as grey, 8 or 16 bit as stored, and its colour."""
-    try:
-        image = decoded(path.read_bytes())
-    except OSError as error:
-        raise DeviceLostError(
-            _NAME, f"{path} cannot be read: {error.strerror}", advice="check permissions and disk"
-        ) from error
-    except PictureError as error:
-        raise DeviceLostError(
-            _NAME,
-            f"{path} is no image or is damaged: it {error}",
-            advice="replace or remove it",
-        ) from error
-    if image.dtype.name not in _DEPTHS:
-        raise DeviceLostError(_NAME, f"{path} holds {image.dtype}", advice="8 or 16 bit is needed")
-    found = cast("GreyImage", image)
-    if found.ndim == 2:
-        return found, None
-    has_alpha = found.shape[2] == 4
-    code = cv2.COLOR_BGRA2GRAY if has_alpha else cv2.COLOR_BGR2GRAY
-    return cast("GreyImage", cv2.cvtColor(found, code)), _in_colour(found[..., :3])
-
-
-def _in_colour(bgr: GreyImage) -> ColourImage:
-    """Red, green and blue of 8 bits; the upper ones of 16."""
-    top = bgr if bgr.dtype == np.uint8 else bgr >> 8
-    return np.ascontiguousarray(top[..., ::-1], np.uint8)
 
 
 def _natural(path: Path) -> list[tuple[int, str]]:
