@@ -138,7 +138,9 @@ def _pictures(frame: DepthFrame, run: Run, wants: frozenset[str]) -> tuple[dict[
         arrays["colour"] = frame.colour
     if "rectified" in wants and run.optics.calibration_id is not None:
         bits = _bits(multiview, reference)
-        arrays["rectified"] = as_8_bit(np.asarray(run.optics.pictures(multiview.images)), bits)
+        arrays["rectified"] = np.stack(
+            [as_8_bit(one, bits) for one in run.optics.pictures(multiview.images)]
+        )
     return header, arrays
 
 

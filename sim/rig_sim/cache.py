@@ -61,7 +61,8 @@ class PictureCache:
         ends = np.cumsum([height for height, _ in shapes])[:-1]
         parts = np.split(column, ends)
         return tuple(
-            _light(part[:, :width]) for part, (_, width) in zip(parts, shapes, strict=True)
+            _light(np.asarray(part[:, :width], np.uint16))
+            for part, (_, width) in zip(parts, shapes, strict=True)
         )
 
     def store(self, key: str, pictures: Sequence[Picture]) -> tuple[Picture, ...]:

@@ -71,12 +71,12 @@ def test_with_one_the_stage_is_measured_and_pictures_are_brought_together() -> N
     optics = optics_of(REAL.profile, stored())
     assert optics.calibration_id == 3
     with REAL.camera() as camera:
-        images = np.stack(camera.grab(1.0).images)
+        images = camera.grab(1.0).images
     views = optics.views(images)
     assert views.images.dtype == np.float32
     assert views.noise is not None
     assert views.noise.sigma_levels(100.0) == pytest.approx(1.8, abs=0.5)
-    assert optics.pictures(images).dtype == np.uint8
+    assert np.asarray(optics.pictures(images)).dtype == np.uint8
     assert isinstance(optics.board_views(images), CalibratedViews)
     # The stage reads 600 mm; scale, axis and the turned camera make something else of it.
     truth_mm = REAL.world.true_distance_mm(REAL.clock.now_s())

@@ -28,7 +28,7 @@ def test_the_cameras_alone_tell_the_depth_of_the_board(
 ) -> None:
     REAL.slide.at_mm = position_mm - 1203.0
     with REAL.camera() as camera:
-        images = np.stack(camera.grab(1.0).images)
+        images = camera.grab(1.0).images
     truth_mm = REAL.world.true_distance_mm(REAL.clock.now_s())
     views = CalibratedViews(images, rectification)
     found = fit_board_slope(views, [find_corners(image, BOARD) for image in images])

@@ -15,8 +15,8 @@ KEY = "ab" + "0" * 62
 SHAPES = [(8, 10)] * 3
 
 
-def stack(seed: int = 1) -> np.ndarray:
-    return np.random.default_rng(seed).random((3, 8, 10), np.float32)
+def stack(seed: int = 1) -> list[np.ndarray]:
+    return list(np.random.default_rng(seed).random((3, 8, 10), np.float32))
 
 
 class CountingRenderer(AnalyticRenderer):

@@ -30,7 +30,7 @@ def a_board(**changes: object) -> CharucoConfig:
 def test_a_sweep_measures_a_charuco_board_as_it_does_a_checkerboard():
     rig = SmallRig(CHARUCO, slide=Slide(-603.0))
     with rig.camera() as camera:
-        images = np.stack(camera.grab(3.0).images)
+        images = camera.grab(3.0).images
     measured = measure_sample(rig.profile, nominal_optics(rig.profile), images)
     truth = rig.world.true_slope_px(600.0)
     assert measured.slope_px == pytest.approx(truth, abs=0.01)
@@ -41,7 +41,7 @@ def test_a_sweep_measures_a_charuco_board_as_it_does_a_checkerboard():
 def test_a_part_of_a_charuco_board_is_refused_by_a_sweep_with_the_reason():
     rig = SmallRig((*CHARUCO, "world.board_offset_mm=[150.0, 0.0]"), slide=Slide(-803.0))
     with rig.camera() as camera:
-        images = np.stack(camera.grab(3.0).images)
+        images = camera.grab(3.0).images
     measured = measure_sample(rig.profile, nominal_optics(rig.profile), images)
     assert measured.failure is not None
     assert measured.failure.reason == "clipped"

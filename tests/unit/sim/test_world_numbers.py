@@ -202,7 +202,7 @@ def test_a_stop_rings_no_more_than_the_way_of_its_braking():
 
 
 def test_a_full_cache_loses_the_oldest_until_a_fifth_is_free(tmp_path: Path):
-    picture = np.random.default_rng(1).random((1, 16, 16), np.float32)
+    picture = list(np.random.default_rng(1).random((1, 16, 16), np.float32))
     probe = PictureCache(tmp_path / "probe")
     probe.store("aa", picture)
     size = next((tmp_path / "probe").rglob("*.png")).stat().st_size
