@@ -30,7 +30,6 @@ is both, joined by a semicolon. Programs read the fields and never cut the text.
 
 from collections.abc import Iterable, Mapping, Sequence
 
-
 _MOST_SIGNS = 1200
 """Of each part of a message: a name in a file from outside can have any length."""
 
