@@ -23,6 +23,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from rig.database import open_store
 from rig.errors import RigError
@@ -198,10 +199,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--record", type=Path)
     asked = parser.parse_args(arguments)
-    rounds = [
-        Round(**{**told, "broken": tuple(told["broken"])})
-        for told in map(json.loads, _lines(asked.record))
-    ]
+    rounds = [_round(line) for line in _lines(asked.record)]
     with tempfile.TemporaryDirectory(prefix="rig-disk-") as folder:
         campaign = Campaign(build(Path(folder)), Path(folder))
         for number in range(len(rounds), asked.count):
@@ -216,6 +214,12 @@ def main(arguments: Sequence[str]) -> int:
     print(f"{len(rounds)} sweeps, {sum(bool(p.broken) for p in rounds)} broken; by fault and exit")
     print(", ".join(f"{kind} {code}: {count}" for (kind, code), count in sorted(codes.items())))
     return 1 if any(played.broken for played in rounds) else 0
+
+
+def _round(line: str) -> Round:
+    told: dict[str, Any] = json.loads(line)
+    told["broken"] = tuple(told["broken"])
+    return Round(**told)
 
 
 def _lines(path: Path | None) -> list[str]:

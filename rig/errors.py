@@ -31,6 +31,14 @@ is both, joined by a semicolon. Programs read the fields and never cut the text.
 
 from collections.abc import Iterable, Mapping, Sequence
 
+_MOST_SIGNS = 1200
+"""Of each part of a message: a name in a file from outside can have any length."""
+
+
+def _bounded(text: str) -> str:
+    half = _MOST_SIGNS // 2
+    return text if len(text) <= _MOST_SIGNS else f"{text[:half]} ... {text[-half:]}"
+
 
 class RigError(Exception):
     """Base of every error that rig raises on purpose; the command line prints it as one line.
@@ -42,6 +50,7 @@ class RigError(Exception):
     """
 
     def __init__(self, found: str, *, advice: str = "") -> None:
+        found, advice = _bounded(found), _bounded(advice)
         super().__init__(f"{found}; {advice}" if advice else found)
         self.found = found
         self.advice = advice
@@ -271,16 +280,7 @@ class FormatError(RigError):
     def __init__(
         self, found: str, *, advice: str = "give another file, or correct this one"
     ) -> None:
-        super().__init__(found if len(found) <= _MOST_SIGNS else _shortened(found), advice=advice)
-
-
-_MOST_SIGNS = 600
-"""Of what a file is told to hold; a name in it can have any length."""
-
-
-def _shortened(text: str) -> str:
-    half = _MOST_SIGNS // 2
-    return f"{text[:half]} ... {text[-half:]}"
+        super().__init__(found, advice=advice)
 
 
 class OutputError(RigError):

@@ -97,7 +97,7 @@ def sync_folder(folder: Path) -> None:
 def _put(path: Path, content: bytes, *, survives_power_cut: bool, mode: int | None = None) -> None:
     beside = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        with open(beside, "wb", opener=no_link) as file:
+        with beside.open("wb") as file:
             if mode is not None:
                 beside.chmod(mode)
             file.write(content)

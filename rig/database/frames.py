@@ -17,7 +17,6 @@ from typing import cast
 from uuid import uuid4
 
 import cv2
-import numpy as np
 
 from rig.database.scan_files import read_scan, write_scan
 from rig.database.trouble import explained
@@ -188,7 +187,7 @@ def _grey(path: Path, content: bytes) -> GreyImage:
         raise StoreError(
             f"{path}: the image {error}", advice="bring it back from a copy"
         ) from error
-    if image.ndim != 2 or image.dtype not in (np.uint8, np.uint16):
+    if image.ndim != 2 or image.dtype.name not in ("uint8", "uint16"):
         raise StoreError(
             f"{path}: holds {image.shape} of {image.dtype}, stored images are grey of 8 or 16 bit",
             advice="bring it back from a copy",

@@ -70,7 +70,7 @@ def _found_by_database(error: SQLAlchemyError | sqlite3.Error) -> tuple[str, str
         for beginning, found in _OF_SQLITE.items():
             if name.startswith(beginning):
                 return found
-    if (state := getattr(cause, "sqlstate", None)) in BY_STATE:
+    if (state := str(getattr(cause, "sqlstate", None))) in BY_STATE:
         return BY_STATE[state]
     text = without_secrets(str(cause))
     refused = _REFUSED.search(text)  # it was reached

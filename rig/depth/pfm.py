@@ -62,7 +62,7 @@ def read_pfm(path: Path) -> NDArray[np.float32]:
         )
     if rows * columns == 0 or not 0 < abs(float(scale)) < np.inf:
         raise StoreError(
-            f"{path}: width {columns}, height {rows}, scale {scale.decode()}",
+            f"{path}: width {columns}, height {rows}, scale {scale[:40].decode()}",
             advice="none may be 0",
         )
     data = content[header.end() :]

@@ -7,7 +7,7 @@ some kilobytes, and write its complaints to the terminal by itself.
 import struct
 import zlib
 from collections.abc import Iterator
-from typing import Final
+from typing import Any, Final
 
 from rig.pictures.size import PictureError, require_size
 
@@ -122,7 +122,7 @@ def _row_starts(passes: list[tuple[int, int]]) -> Iterator[int | None]:
         yield None
 
 
-def _pieces(unpacker: "zlib._Decompress", bodies: list[bytes]) -> Iterator[bytes]:
+def _pieces(unpacker: Any, bodies: list[bytes]) -> Iterator[bytes]:
     for body in bodies:
         piece = unpacker.decompress(body, _PIECE)
         while piece:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from rig.errors import StoreError
-from rig.files import put_in_place, write_bytes
+from rig.files import no_link, write_bytes
 from rig.folder_lock import LOCK_FILE, FolderLock
 
 
@@ -31,11 +31,13 @@ def test_a_link_in_place_of_a_map_gives_way(tmp_path: Path, outside: Path):
     assert outside.read_bytes() == b"precious"
 
 
-def test_a_link_in_place_of_a_temporary_file_is_not_written_through(
-    tmp_path: Path, outside: Path, monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.setattr("os.getpid", lambda: 4711)
-    (tmp_path / ".map.4711.tmp").symlink_to(outside)
-    with pytest.raises(OSError, match="symbolic link"):
-        put_in_place(tmp_path / "map", b"new")
+def test_a_link_in_place_of_the_list_of_frames_is_refused(tmp_path: Path, outside: Path):
+    link = tmp_path / "frames.jsonl"
+    link.symlink_to(outside)
+    with pytest.raises(OSError, match="symbolic links"):
+        open(link, "w", opener=no_link)  # noqa: SIM115
     assert outside.read_bytes() == b"precious"
+    link.unlink()
+    with open(link, "w", encoding="utf-8", opener=no_link) as file:
+        file.write("{}")
+    assert link.read_text() == "{}"

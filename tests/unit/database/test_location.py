@@ -72,3 +72,11 @@ def test_user_data_follow_the_customs_of_the_platform(
     assert user_data_dir("darwin", {}) == tmp_path / "Library/Application Support"
     assert user_data_dir("win32", {"LOCALAPPDATA": "/local"}) == Path("/local")
     assert user_data_dir("win32", {}) == tmp_path / "AppData/Local"
+
+
+@pytest.mark.parametrize("kind", ["postgresql", "postgresql+psycopg"])
+def test_a_server_is_reached_by_the_driver_of_the_extra(kind: str) -> None:
+    found = locate(f"{kind}://me@bench.example/rig", {})
+    assert found.url.drivername == "postgresql+psycopg"
+    assert found.is_server
+    assert not locate("sqlite:///rig.sqlite", {}).is_server

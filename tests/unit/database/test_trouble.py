@@ -279,3 +279,11 @@ def test_a_text_that_is_none_is_told_as_damage(tmp_path: Path) -> None:
     connection.close()
     with pytest.raises(StoreError, match="cannot open the database: the file is damaged; bring"):
         open_store(sqlite_url(tmp_path))
+
+
+def test_a_text_of_no_characters_is_told(tmp_path: Path) -> None:
+    with (
+        open_store(sqlite_url(tmp_path)) as store,
+        pytest.raises(StoreError, match="a text holds what is no character; write names and notes"),
+    ):
+        new_sweep(store, rig="a\udcff")

@@ -308,6 +308,7 @@ def test_files_of_more_values_than_any_are_told_before_they_cost_anything(tmp_pa
 
 
 def test_long_texts_of_a_file_are_told_in_part() -> None:
-    error = FormatError("a" * 400 + "b" * 400)
-    assert error.found == "a" * 300 + " ... " + "b" * 300
-    assert FormatError("c" * 600).found == "c" * 600
+    error = FormatError("a" * 700 + "b" * 700, advice="c" * 1201)
+    assert error.found == "a" * 600 + " ... " + "b" * 600
+    assert error.advice == "c" * 600 + " ... " + "c" * 600
+    assert FormatError("d" * 1200).found == "d" * 1200

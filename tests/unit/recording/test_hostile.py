@@ -14,7 +14,7 @@ from mcap.opcode import Opcode
 from mcap.writer import CompressionType, Writer
 
 from rig.errors import StoreError
-from rig.recording import recorded, recorded_views
+from rig.recording import reader, recorded, recorded_views
 from tests.support.recordings import VIEWS, assert_same, taken, written
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -115,6 +115,27 @@ def test_an_index_of_nonsense_is_told(tmp_path: Path, content: object, told: str
 def test_a_picture_of_nonsense_is_told(tmp_path: Path, picture: object, told: str):
     with pytest.raises(StoreError, match=told):
         list(recorded(old_file(tmp_path / "r.mcap", index(), picture)))
+
+
+def test_pictures_that_are_never_used_do_not_pile_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    path = tmp_path / "r.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file, chunk_size=1, compression=CompressionType.ZSTD)
+        writer.start(profile="epirig")
+        schema = writer.register_schema("any", "jsonschema", b"{}")
+        for number in range(4):
+            image = writer.register_channel(f"/{number}/image", "json", schema)
+            writer.add_message(image, 0, bytes(50_000), 0)
+        writer.finish()
+    size = path.stat().st_size
+    monkeypatch.setattr(reader, "_MOST_UNPACKED", 200_000 - size)
+    with pytest.raises(StoreError, match="holds no whole multi-view"):
+        list(recorded(path))
+    monkeypatch.setattr(reader, "_MOST_UNPACKED", 199_999 - size)
+    with pytest.raises(StoreError, match="of 200000 bytes, most are 199999"):
+        list(recorded(path))
 
 
 def record(opcode: int, content: bytes) -> bytes:
