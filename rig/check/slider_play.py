@@ -37,8 +37,8 @@ def returns(near_px: list[float], far_px: list[float], px_per_mm: float) -> Retu
     """Turn shifts of the picture into mm.
 
     Args:
-        near_px: at arrivals from the near end, two or more.
-        far_px: at arrivals from the far end, two or more.
+        near_px: at arrivals from the near end, three or more.
+        far_px: at arrivals from the far end, three or more.
         px_per_mm: how the picture shifts with the camera; not 0.
     """
     near, far = np.array(near_px) / px_per_mm, np.array(far_px) / px_per_mm
@@ -46,7 +46,8 @@ def returns(near_px: list[float], far_px: list[float], px_per_mm: float) -> Retu
     variance = (np.sum((near - near.mean()) ** 2) + np.sum((far - far.mean()) ** 2)) / free
     return Return(
         play_mm=float(far.mean() - near.mean()),
-        play_sigma_mm=math.sqrt(variance * (1.0 / len(near) + 1.0 / len(far))),
+        # A variance of few arrivals is unsure: that of Student's t takes it into account.
+        play_sigma_mm=math.sqrt(variance * (1.0 / len(near) + 1.0 / len(far)) * free / (free - 2)),
         spread_mm=math.sqrt(variance),
     )
 

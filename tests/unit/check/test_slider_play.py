@@ -35,11 +35,12 @@ def test_a_shift_is_found_in_other_light():
 
 
 def test_shifts_become_mm():
-    found = returns([0.0, 0.2], [1.0, 1.2], -2.0)
+    found = returns([0.0, 0.2, 0.1], [1.0, 1.2, 1.1], -2.0)
     assert found.play_mm == pytest.approx(-0.5)
-    assert found.spread_mm == pytest.approx(math.sqrt(0.005))
-    assert found.play_sigma_mm == pytest.approx(math.sqrt(0.005))
-    assert returns([0.0, 0.0], [0.0, 0.0, 0.0], 1.0).play_mm == 0.0
+    assert found.spread_mm == pytest.approx(0.05)
+    # Of two means of three, with four degrees of freedom.
+    assert found.play_sigma_mm == pytest.approx(0.05 * math.sqrt(2.0 / 3.0 * 2.0))
+    assert returns([0.0] * 3, [0.0] * 4, 1.0).play_mm == 0.0
 
 
 class Loose:
