@@ -172,9 +172,9 @@ _BOX = np.array([1.0, -1.0])
 
 def _alternating(count: int) -> Array:
     """Jumps of a function that is 1, -1, 1, ... over `count` squares and 0 outside, (count + 1)."""
-    jumps = 2.0 * (-1.0) ** np.arange(count + 1)
-    jumps[0], jumps[-1] = 1.0, -((-1.0) ** (count - 1))
-    return jumps
+    jumps = np.where(np.arange(count + 1) % 2 == 0, 2.0, -2.0)
+    jumps[0], jumps[-1] = 1.0, 1.0 if count % 2 == 0 else -1.0
+    return jumps.astype(np.float64)
 
 
 def _steps(place: Array, edges: Array, jumps: Array, sigma: float) -> Array:
