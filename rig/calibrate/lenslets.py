@@ -144,7 +144,7 @@ def _stored(profile: Profile, file: Path) -> _White:
 
 def _mean(camera: Camera, timeout_s: float, count: int) -> _White:
     frames = [camera.grab(timeout_s).frames[0] for _ in range(count)]
-    image = np.mean([frame.image for frame in frames], axis=0, dtype=np.float64)
+    image = np.stack([frame.image for frame in frames]).mean(axis=0, dtype=np.float64)
     return _White(image, frames[0].full_scale, count, dict(camera.identity))
 
 

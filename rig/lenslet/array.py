@@ -147,7 +147,7 @@ def _gains(
     misfit: Float,
 ) -> None:
     """Write light over fitted light of micro-images, and the square of what is left, per pixel."""
-    cell = np.empty(table.shape[2:])
+    cell = np.empty((table.shape[2], table.shape[3]))
     row, column = np.empty(4), np.empty(4)
     for n in range(centre_px.shape[0]):
         x0, y0 = centre_px[n, 0], centre_px[n, 1]

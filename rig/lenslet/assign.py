@@ -57,7 +57,8 @@ def find_basis(centre_px: Float, size_px: tuple[int, int]) -> Basis:
             advice="correct camera.spacing_px, or give a picture of an evenly lit white surface",
         )
     tree = KDTree(centre_px)
-    distances_px, others = tree.query(centre_px[inner], k=9)
+    found = tree.query(centre_px[inner], k=9)
+    distances_px, others = np.asarray(found[0]), np.asarray(found[1])
     spacing_px = float(np.median(distances_px[:, 1:3]))
     is_near = (distances_px > 0.0) & (distances_px < 1.2 * spacing_px)
     count = int(np.median(is_near.sum(axis=1)))
@@ -95,7 +96,12 @@ def number_spots(centre_px: Float, size_px: tuple[int, int], basis: Basis) -> Nu
         known = (distance <= reach) & (astray < _NEAR)
         if reach >= farthest:
             break
-        place = _learnt(away, np.stack(_ideal(i, j, basis.kind), axis=-1), known, reach)
+        place = _learnt(
+            away,
+            np.stack(_ideal(i.astype(np.float64), j.astype(np.float64), basis.kind), axis=-1),
+            known,
+            reach,
+        )
         reach *= _GROWTH
     share = 1.0 - float(known.mean())
     if share > _MOST_ASTRAY:

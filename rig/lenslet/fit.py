@@ -132,13 +132,17 @@ def _best(
 def _robust(
     powers: Float, seen: Float, whole: NDArray[np.bool_]
 ) -> tuple[Float, NDArray[np.bool_]]:
-    kept = whole
-    solution = np.linalg.lstsq(powers[kept], seen[kept], rcond=None)[0]
+    kept: NDArray[np.bool_] = whole
+    solution = _solved(powers, seen, kept)
     for _ in range(_ROUNDS):
         error = np.abs(seen - powers @ solution).max(axis=1)
         kept = whole & (error <= max(2.0 * _CLIPPED_AT * float(np.median(error[whole])), 1e-9))
-        solution = np.linalg.lstsq(powers[kept], seen[kept], rcond=None)[0]
+        solution = _solved(powers, seen, kept)
     return solution, kept
+
+
+def _solved(powers: Float, seen: Float, kept: NDArray[np.bool_]) -> Float:
+    return np.linalg.lstsq(powers[kept], seen[kept], rcond=None)[0].astype(np.float64)
 
 
 def _corner_sigma_px(

@@ -2,12 +2,15 @@
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rig.arrays import Float
 
+Numbers = NDArray[np.integer[Any]] | NDArray[np.floating[Any]]
+"""Numbers of lenslets, whole ones or with fractions."""
 LatticeKind = Literal["hexagonal", "square"]
 
 ROW_SPACING = {"hexagonal": math.sqrt(3.0) / 2.0, "square": 1.0}
@@ -39,13 +42,14 @@ class Lattice:
     sigma_px: float
     """1 sigma of a centre in the worst corner of the picture, each coordinate."""
 
-    def places(self, i: Float, j: Float) -> tuple[Float, Float]:
+    def places(self, i: Numbers, j: Numbers) -> tuple[Float, Float]:
         """Return (s, t) of lenslets on the array, in spacings."""
+        i, j = np.asarray(i, np.float64), np.asarray(j, np.float64)
         return i + ROW_SHIFT[self.kind] * j, ROW_SPACING[self.kind] * j
 
-    def centres_px(self, i: Float, j: Float) -> Float:
+    def centres_px(self, i: Numbers, j: Numbers) -> Float:
         """Return centres (..., 2) of micro-images, columns and rows, pixel centres at integers."""
-        s, t = self.places(np.asarray(i, np.float64), np.asarray(j, np.float64))
+        s, t = self.places(i, j)
         powers = terms(s / self.reach, t / self.reach, _degree(len(self.x_px)))
         return np.stack([powers @ np.array(self.x_px), powers @ np.array(self.y_px)], axis=-1)
 

@@ -53,4 +53,4 @@ def _around(raw: GreyImage, place_px: Float, array: LensletArray) -> Float:
     """Mean light of 2 x 2 pixels around places: of a Bayer picture, all of its colours."""
     column, row = np.floor(place_px).astype(int).T
     block = [raw[row + down, column + right] for down in (0, 1) for right in (0, 1)]
-    return np.mean(block, axis=0, dtype=np.float64) - array.dark_levels
+    return np.stack(block).mean(axis=0, dtype=np.float64) - array.dark_levels

@@ -172,7 +172,7 @@ def _fill(
     top: NDArray[np.int32],
     out: NDArray[np.float32],
 ) -> None:
-    cell = np.empty(table.shape[2:])
+    cell = np.empty((table.shape[2], table.shape[3]))
     row, column = np.empty(4), np.empty(4)
     along, down = np.empty(4), np.empty(4)
     for r in range(gains.shape[0]):

@@ -40,7 +40,7 @@ class Spots:
 def find_spots(white: NDArray[np.float32], spacing_px: float) -> Spots:
     """Return the micro-images of a white picture (H, W): where their light balances."""
     around = _blurred(white, _AROUND * spacing_px)
-    even = white / np.maximum(around, np.float32(1e-3) * around.max())
+    even = (white / np.maximum(around, np.float32(1e-3) * around.max())).astype(np.float32)
     hills = _blurred(even, _BLUR * spacing_px)
     width = 2 * round(_APART * spacing_px / 2.0) + 1
     top = cv2.dilate(hills, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width)))

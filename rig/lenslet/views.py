@@ -42,8 +42,8 @@ def sub_apertures(
         dark: (H, W) picture without light, in place of the dark level.
     """
     values = np.zeros(plan.left.shape, np.float32)
-    pixels = np.ascontiguousarray(raw)
-    darkness = pixels[:0] if dark is None else np.ascontiguousarray(dark)
+    pixels = cast("GreyImage", np.ascontiguousarray(raw))
+    darkness = cast("GreyImage", pixels[:0] if dark is None else np.ascontiguousarray(dark))
 
     def work(start: int, stop: int) -> None:
         band = np.s_[:, start:stop]
@@ -86,10 +86,7 @@ def _filled(values: NDArray[np.float32], usable: NDArray[np.bool_]) -> NDArray[n
 
 def _upright(values: NDArray[np.float32], first_row: int, width_px: int) -> NDArray[np.float32]:
     """Resample rows that are shifted by half a spacing to common columns."""
-    coefficients = cast(
-        "NDArray[np.float32]",
-        spline_filter1d(values, order=3, axis=-1, output=np.float32, mode="mirror"),
-    )
+    coefficients = spline_filter1d(values, order=3, axis=-1, output=np.float32, mode="mirror")
     columns = coefficients.shape[-1]
     out = np.empty((*values.shape[:2], width_px), np.float32)
     for parity in (0, 1):

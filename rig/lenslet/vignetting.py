@@ -164,7 +164,7 @@ def _neighbours_px(lattice: Lattice) -> Float:
 def _look_at(
     table: Float, size_px: Float, reach_px: float, centre_px: Float, place_px: Float, out: Float
 ) -> None:
-    cell = np.empty(table.shape[2:])
+    cell = np.empty((table.shape[2], table.shape[3]))
     row, column = np.empty(4), np.empty(4)
     for n in range(out.size):
         combine(table, size_px, centre_px[n, 0], centre_px[n, 1], cell)
@@ -185,8 +185,8 @@ def _normal(
     out: Float,
 ) -> None:
     """Add A^T A c, or A^T w, where A gives the pixels of micro-images from the coefficients."""
-    cell = np.empty(out.shape[2:])
-    back = np.empty(out.shape[2:])
+    cell = np.empty((out.shape[2], out.shape[3]))
+    back = np.empty((out.shape[2], out.shape[3]))
     row, column = np.empty(4), np.empty(4)
     for n in range(centre_px.shape[0]):
         x0, y0 = centre_px[n, 0], centre_px[n, 1]

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from rig.cli import app
+from rig.cli.verbs import app
 
 pytestmark = pytest.mark.slow
 

@@ -169,11 +169,11 @@ def _unpacked(
         triple = packed.reshape(-1, 3).astype(np.uint16)
         first = triple[:, 0] << 4 | triple[:, 1] >> 4
         second = (triple[:, 1] & 0x0F) << 8 | triple[:, 2]
-        return np.stack([first, second], axis=-1).reshape(height, width)
+        return np.stack([first, second], axis=-1).reshape(height, width).astype(np.uint16)
     five = packed.reshape(-1, 5).astype(np.uint16)
     low = [(five[:, 4] >> shift) & 0x03 for shift in (0, 2, 4, 6)]
     pixels = [five[:, k] << 2 | low[k] for k in range(4)]
-    return np.stack(pixels, axis=-1).reshape(height, width)
+    return np.stack(pixels, axis=-1).reshape(height, width).astype(np.uint16)
 
 
 def _damaged(path: Path, what: str) -> DeviceLostError:

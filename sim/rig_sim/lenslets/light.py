@@ -95,7 +95,7 @@ class RawLight:
         margin = board.margin_mm / board.texel_mm
         for axis, count in ((0, board.squares_across[0]), (1, board.squares_across[1])):
             place = (begin[..., axis] + distance * move[..., axis]) / board.texel_mm + count / 2.0
-            edges = np.arange(count + 1)
+            edges = np.arange(count + 1, dtype=np.float64)
             paper = np.array([-margin, count + margin])
             covers.append(_steps(place, paper, _BOX, sigma))
             inks.append(_steps(place, edges[[0, -1]], _BOX, sigma))
@@ -172,9 +172,9 @@ _BOX = np.array([1.0, -1.0])
 
 def _alternating(count: int) -> Array:
     """Jumps of a function that is 1, -1, 1, ... over `count` squares and 0 outside, (count + 1)."""
-    jumps = 2.0 * (-1.0) ** np.arange(count + 1)
-    jumps[0], jumps[-1] = 1.0, -((-1.0) ** (count - 1))
-    return jumps
+    jumps = np.where(np.arange(count + 1) % 2 == 0, 2.0, -2.0)
+    jumps[0], jumps[-1] = 1.0, 1.0 if count % 2 == 0 else -1.0
+    return jumps.astype(np.float64)
 
 
 def _steps(place: Array, edges: Array, jumps: Array, sigma: float) -> Array:
@@ -185,4 +185,4 @@ def _steps(place: Array, edges: Array, jumps: Array, sigma: float) -> Array:
     table = np.zeros(grid.shape)
     for edge, jump in zip(edges, jumps, strict=True):
         table += jump * ndtr((grid - edge) / sigma)
-    return np.interp(place, grid, table)
+    return np.interp(place, grid, table).astype(np.float64)

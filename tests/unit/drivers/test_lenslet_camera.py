@@ -13,6 +13,7 @@ from rig.errors import CalibrationError, ConfigError, DeviceLostError, DeviceNot
 from rig.frames import GreyImage
 from rig.hardware.opening import open_camera
 from rig.lenslet.array import ARRAY_JSON
+from rig.profile import LensletCameraConfig
 from rig.profile.load import load_profile, parse_profile
 from rig.stored import open_run
 from tests.support.lenslet_raw import DARK, FULL, exposed, fitted
@@ -124,9 +125,13 @@ def test_a_white_picture_is_calibrated_stored_and_used(tmp_path: Path):
     assert result.quality["missing"] == result.quality["dirty"] == 0
     assert told == []
     assert run.optics.calibration_id == result.calibration_id
-    assert ARRAY_JSON.from_json(run.profile.camera.lenslets).lattice == array.lattice
+    camera = run.profile.camera
+    assert isinstance(camera, LensletCameraConfig)
+    stored = ARRAY_JSON.from_json(camera.lenslets).lattice
+    places = np.array([-5.0, 0.0, 6.0]), np.array([4.0, 0.0, -3.0])
+    assert stored.centres_px(*places) == pytest.approx(array.lattice.centres_px(*places), abs=1e-3)
     assert "lenslets" not in run.profile.model_dump()["camera"]
-    assert none.profile.camera.lenslets is None
+    assert none.profile.camera == profile(tmp_path).camera
     page = result.report.read_text()
     assert "14.000 px apart" in page
     assert page.count("<svg") == 2

@@ -36,7 +36,7 @@ def packed(pixels: NDArray[np.uint16], bits: int):
         triple = [first >> 4, (first & 15) << 4 | second >> 8, second & 255]
         return np.stack(triple, axis=-1).astype(np.uint8).tobytes()
     four = flat.reshape(-1, 4)
-    low = sum((four[:, k] & 3) << 2 * k for k in range(4))
+    low = np.sum([(four[:, k] & 3) << 2 * k for k in range(4)], axis=0)
     return np.concatenate([four >> 2, low[:, None]], axis=1).astype(np.uint8).tobytes()
 
 

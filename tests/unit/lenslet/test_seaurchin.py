@@ -5,8 +5,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from rig.arrays import Float
 from rig.lenslet.array import fit_array
 from rig.lenslet.fit import fit_lattice, lenslets_inside
 from rig.lenslet.plan import plan_views
@@ -27,7 +27,7 @@ def white():
     return cv2.imread(str(FOLDER / "radiometry_frame.tif"), cv2.IMREAD_UNCHANGED)
 
 
-def test_single_micro_images_lie_on_the_lattice(white: Float):
+def test_single_micro_images_lie_on_the_lattice(white: NDArray[np.uint8]):
     found = fit_lattice(white_light(white, FORM).light, "square", 17.0)
 
     assert found.lattice.residual_px < 0.15
@@ -35,7 +35,7 @@ def test_single_micro_images_lie_on_the_lattice(white: Float):
     assert found.seen > 13_000
 
 
-def test_vignetting_fitted_on_half_of_the_lenslets_holds_for_the_rest(white: Float):
+def test_vignetting_fitted_on_half_of_the_lenslets_holds_for_the_rest(white: NDArray[np.uint8]):
     light = white_light(white, FORM).light
     found = fit_lattice(light, "square", 17.0)
     i, j, centre_px = lenslets_inside(
@@ -60,7 +60,7 @@ def test_vignetting_fitted_on_half_of_the_lenslets_holds_for_the_rest(white: Flo
     assert rms < 0.01
 
 
-def test_views_of_the_white_picture_are_even(white: Float):
+def test_views_of_the_white_picture_are_even(white: NDArray[np.uint8]):
     array, _ = fit_array(white, FORM, "square", 17.0)
     plan = plan_views(array, np.array([(0.0, 0.0), (2.0, 0.0), (0.0, -2.0)]))
 
