@@ -87,7 +87,7 @@ def judging_helpers() -> frozenset[str]:
 def all_judgements(function: ast.FunctionDef) -> set[ast.AST]:
     helpers = judging_helpers()
     calls = plain_calls(function).items()
-    return judgements(function) | {call for call, name in calls if name in helpers}
+    return set(judgements(function)) | {call for call, name in calls if name in helpers}
 
 
 def conditional(function: ast.FunctionDef) -> set[ast.AST]:

@@ -36,7 +36,7 @@ def pair_of_pictures() -> GreyImage:
     """Return what two views see of the board, (2, H, W), half as wide as a camera gives them."""
     rig = SmallRig(("camera.width_px=320", "camera.height_px=480", "world.optics.focal_px=305.0"))
     with rig.camera() as camera:
-        return camera.grab(1.0).stack()[:2]
+        return cast("GreyImage", np.stack(camera.grab(1.0).images[:2]))
 
 
 def sweep_pictures() -> GreyImage:
@@ -47,6 +47,8 @@ def sweep_pictures() -> GreyImage:
     found: list[GreyImage] = []
     with SimCamera(profile.camera, world) as camera:
         for slide.at_mm in places_mm(profile, stops()):
-            found.extend(np.stack(camera.grab(1.0).images) for _ in range(VARIANTS))
+            found.extend(
+                cast("GreyImage", np.stack(camera.grab(1.0).images)) for _ in range(VARIANTS)
+            )
     stacked = np.stack(found)
     return cast("GreyImage", stacked.reshape(-1, VARIANTS, *stacked.shape[1:]))

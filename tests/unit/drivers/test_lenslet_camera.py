@@ -64,8 +64,9 @@ def test_a_raw_picture_becomes_the_views_of_the_profile(tmp_path: Path, lenslets
         assert camera.identity["raw"] == "folder"
 
     assert [frame.view for frame in multiview.frames] == [name for name, *_ in VIEWS]
-    assert multiview.stack().dtype == np.uint16
-    means = multiview.stack().mean(axis=(1, 2)) / 65535 * (FULL - DARK)
+    stacked = np.stack(multiview.images)
+    assert stacked.dtype == np.uint16
+    means = stacked.mean(axis=(1, 2)) / 65535 * (FULL - DARK)
     assert means == pytest.approx(1500.0, rel=0.01)
     assert multiview.skew_s == 0.0
 

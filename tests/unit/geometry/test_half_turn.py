@@ -71,7 +71,7 @@ def test_pictures_that_fit_both_ways_are_refused():
 def test_a_known_geometry_tells_the_way_up_from_one_picture():
     camera = CameraModel(640, 400, 560.0, 560.0, 320.0, 200.0)
     places = tuple(
-        Pose(turn, np.array([-60.0 * (view - 1), 0.0, 0.0]))
+        Pose(np.asarray(turn, float), np.array([-60.0 * (view - 1), 0.0, 0.0]))
         for view in range(3)
         for turn in [cv2.Rodrigues(np.radians([0.0, 5.0 * (view - 1), 20.0 * view]))[0]]
     )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rig.errors import StoreError
-from rig.frames import GreyImage
+from rig.frames import GreyImage, Pictures
 from rig.measurement import Measurement
 from rig.sweep.measuring_thread import MOST_HELD, MeasuringThread
 
@@ -24,9 +24,9 @@ class Gate:
     def open(self) -> None:
         self._open.set()
 
-    def __call__(self, images: GreyImage) -> Measurement:
+    def __call__(self, images: Pictures) -> Measurement:
         assert self._open.wait(60.0)
-        return Measurement(slope_px=float(images[0, 0, 0]))
+        return Measurement(slope_px=float(images[0][0, 0]))
 
 
 @pytest.fixture
