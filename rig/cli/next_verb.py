@@ -25,6 +25,15 @@ NEXT: dict[str, str] = {
     "compare": "rig capture {profile}",
     "history": "rig report SWEEP, or what the table says",
     "report": "rig capture PROFILE uses the curve",
+    "store verify": "rig store backup DIR",
+    "store verify, damage": "rig store restore DIR, from a backup into a new place",
+    "store backup": "the same again later: only what is new is copied then",
+    "store restore": "rig store verify",
+    "store prune": "rig store du",
+    "store prune, dry run": "the same with --yes",
+    "store du": "rig store prune --older-than DAYS",
+    "store move": "rig store verify, with the new --db",
+    "store migrate": "rig store verify --db URL",
     "export": "give the file to the other program; rig capture PROFILE goes on here",
 }
 """By verb, and by how it ended; what is in braces is known then."""

@@ -8,6 +8,7 @@ from typing import Annotated, Any, cast
 
 import typer
 
+from rig.cli.next_verb import tell_next
 from rig.cli.options import AsJson, DatabaseUrl, finite
 from rig.cli.output import show, show_json, table, tell
 from rig.cli.store_result import (
@@ -88,7 +89,9 @@ def verify_store(
     if found.damage:
         count = len(found.damage)
         tell(f"rig: {count} damaged or lost; bring them back from a backup (rig store restore)")
+        tell_next("store verify, damage", as_json=as_json)
         raise typer.Exit(_DAMAGED)
+    tell_next("store verify", as_json=as_json)
 
 
 @app.command("backup")
@@ -117,6 +120,7 @@ def back_up_store(
     ):
         made = back_up(store, folder, progress.report)
     _show_copied("backup", manifest_as_dict(made, folder), list(made.bad), as_json=as_json)
+    tell_next("store backup", as_json=as_json)
 
 
 @app.command("restore")
@@ -144,6 +148,7 @@ def restore_store(
     content = manifest_as_dict(done.manifest, folder)
     content |= {"database": done.database, "frames": str(done.frames), "files": done.copied.files}
     _show_copied("restored", content, done.copied.bad, as_json=as_json)
+    tell_next("store restore", as_json=as_json)
 
 
 @app.command("prune")
@@ -201,6 +206,7 @@ def prune_store(
         show(f"images of {len(sweeps)} sweeps, {size}, {what}")
     for line in () if done is None else done.refused:
         tell(f"rig: {line}")
+    tell_next("store prune" if done is not None else "store prune, dry run", as_json=as_json)
 
 
 @app.command("du")
@@ -236,6 +242,7 @@ def weigh_store(*, database: DatabaseUrl = None, as_json: AsJson = False) -> Non
     if found.orphans_bytes:
         show(f"put aside by verify --repair {size_in_words(found.orphans_bytes)}")
     show(f"together {size_in_words(found.total_bytes)}")
+    tell_next("store du", as_json=as_json)
 
 
 @app.command("move")
@@ -276,6 +283,7 @@ def move_store(
         show(f"and set RIG_FRAMES={done.frames}")
     for path in done.left[:_MOST_SHOWN]:
         tell(f"rig: {path} was left where it is: no row knows it")
+    tell_next("store move", as_json=as_json)
 
 
 @app.command("migrate")
@@ -322,6 +330,7 @@ def migrate_store(
     count = sum(done.rows.values())
     show(f"{count} rows are in {done.target}, compared; frames in {done.frames}")
     show(f"{done.source} is as it was: remove it once nobody uses it any more")
+    tell_next("store migrate", as_json=as_json)
 
 
 def _days_ago(days: float) -> datetime:

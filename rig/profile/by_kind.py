@@ -20,8 +20,8 @@ class _ByKind:
     """Validates a section as what its `kind` says; only that kind is loaded."""
 
     door: Door[Any]
-    without: str | None = None
-    """A kind that may not stand here: one that holds such a section itself."""
+    without: tuple[str, ...] = ()
+    """Kinds that may not stand here: those that hold such a section themselves."""
 
     def validated(self, section: object) -> Model:
         if isinstance(section, self.door.base):
@@ -32,8 +32,8 @@ class _ByKind:
         if not isinstance(kind, str):
             names = ", ".join(self.door.table)
             raise _at_kind(section, "kind_missing", f"missing; one of: {names}, or of a plug-in")
-        if kind == self.without:
-            raise _at_kind(section, "kind_unknown", f"a {kind} cannot stand within another one")
+        if kind in self.without:
+            raise _at_kind(section, "kind_unknown", f"a {kind} cannot stand within another camera")
         try:
             config: type[Model] = self.door.kind(kind).config
         except ConfigError as error:
@@ -50,7 +50,7 @@ class _ByKind:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
-        configs = tuple(kind.config for kind in self.door.kinds() if kind.name != self.without)
+        configs = tuple(kind.config for kind in self.door.kinds() if kind.name not in self.without)
         union: Any = Annotated[Union[configs], Field(discriminator="kind")]  # noqa: UP007
         return handler(TypeAdapter(union).core_schema)
 
@@ -84,5 +84,6 @@ def by_kind(door: Door[Any]) -> object:
 
 
 CameraSection = Annotated[CameraConfig, _ByKind(CAMERAS)]
-InnerCameraSection = Annotated[CameraConfig, _ByKind(CAMERAS, without="scan")]
+InnerCameraSection = Annotated[CameraConfig, _ByKind(CAMERAS, without=("scan", "lenslet"))]
+"""A camera that another one holds."""
 StageSection = Annotated[StageConfig, _ByKind(STAGES)]

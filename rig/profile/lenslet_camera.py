@@ -1,23 +1,17 @@
 """A camera behind a lenslet array, around any camera that gives its raw pictures."""
 
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from rig.profile.by_kind import by_kind
+from rig.profile.by_kind import InnerCameraSection
 from rig.profile.cameras import CameraConfig
 from rig.profile.model import NotNegative, Positive
-from rig.profile.plugins import CAMERAS
 from rig.profile.views import ViewConfig
 
 RAW_VIEW = ViewConfig(name="raw", x_steps=0.0, y_steps=0.0)
 """The one view of the camera inside."""
-
-_INSIDE = replace(
-    CAMERAS, table={name: place for name, place in CAMERAS.table.items() if name != "lenslet"}
-)
 
 
 class LensletCameraConfig(CameraConfig):
@@ -47,7 +41,7 @@ class LensletCameraConfig(CameraConfig):
     """Picture of an evenly lit white surface for `rig calibrate`; None takes it with the camera."""
     dark: str | None = None
     """Picture without light; it is taken from every raw picture."""
-    raw: Annotated[CameraConfig, by_kind(_INSIDE)]
+    raw: InnerCameraSection
     """Where raw pictures come from: any camera of one view, which is called `raw`."""
     lenslets: dict[str, Any] | None = Field(default=None, exclude=True)
     """The calibrated array. Runs put it here, from the calibration that they use."""

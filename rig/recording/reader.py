@@ -62,7 +62,7 @@ def _multiviews(reader: McapReader, path: Path) -> Iterator[Recorded]:
     first: tuple[str, ...] | None = None
     most = _MOST_UNPACKED + path.stat().st_size
     for message in reader.messages():
-        if message.topic.endswith("/image"):
+        if message.topic.endswith(("/image", f"/{COLOUR}")):
             images[message.topic] = message
             held = sum(len(image.data) for image in images.values())
             if held > most:

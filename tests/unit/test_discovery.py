@@ -29,7 +29,13 @@ def test_what_is_found_and_what_is_missing_stand_side_by_side():
     assert v4l2.devices == (FOUND,)
     assert v4l2.note is None
     assert as_dict(v4l2)["devices"] == [
-        {"name": "/dev/video0", "description": "a camera", "other_names": (), "problem": None}
+        {
+            "name": "/dev/video0",
+            "description": "a camera",
+            "other_names": (),
+            "problem": None,
+            "layout": None,
+        }
     ]
 
 

@@ -75,10 +75,10 @@ def test_profiles_are_shown_without_secrets():
 @pytest.mark.parametrize(
     ("url", "shown", "password"),
     [
-        ("postgresql://u:a@b@host/db", "postgresql://u:***@host/db", "a@b"),
-        ("postgresql://u:a@b@c@/db?host=/x", "postgresql://u:***@/db?host=%2Fx", "a@b@c"),
-        ("postgresql://u@h/db?password=x", "postgresql://u@h/db?password=***", None),
-        ("postgresql://u@h/db?sslpassword=x", "postgresql://u@h/db?sslpassword=***", None),
+        ("postgresql://u:a@b@host/db", "postgresql+psycopg://u:***@host/db", "a@b"),
+        ("postgresql://u:a@b@c@/db?host=/x", "postgresql+psycopg://u:***@/db?host=%2Fx", "a@b@c"),
+        ("postgresql://u@h/db?password=x", "postgresql+psycopg://u@h/db?password=***", None),
+        ("postgresql://u@h/db?sslpassword=x", "postgresql+psycopg://u@h/db?sslpassword=***", None),
     ],
 )
 def test_an_address_is_shown_without_passwords_and_means_what_it_says(

@@ -136,7 +136,7 @@ def test_the_shipped_profile_has_a_slider_of_its_own():
         ({"row": {}}, "", "give at_mm, or from_mm, to_mm and count"),
         ({"row": {"at_mm": [0.0, 51.0]}}, "", "positions 0..51 mm leave stages.camera.travel_mm"),
         ({"inner": {"kind": "folder", "folder": "x", "files": {"a": "b"}}}, "", "stored pictures"),
-        ({"inner": {"kind": "scan"}}, "", "a scan cannot stand within another one"),
+        ({"inner": {"kind": "scan"}}, "", "a scan cannot stand within another camera"),
         ({}, COLUMN.partition("[stages")[0], "along 2 axes needs stages.camera and stages.column"),
     ],
 )
