@@ -78,11 +78,6 @@ def config_of(section: object, base: type[Model]) -> type[Model]:
         return base
 
 
-def by_kind(door: Door[Any]) -> object:
-    """Return what annotates a section whose `kind` is one of those behind a door."""
-    return _ByKind(door)
-
-
 CameraSection = Annotated[CameraConfig, _ByKind(CAMERAS)]
 InnerCameraSection = Annotated[CameraConfig, _ByKind(CAMERAS, without=("scan", "lenslet"))]
 """A camera that another one holds."""
