@@ -159,7 +159,8 @@ def test_a_restart_under_every_verb(
     points = resumed.json["points"]
     assert len(points) == 9
     assert all(point["samples"] == 1 for point in points)
-    for verb in (("history",), ("report", "1"), ("fit", "1"), ("export", "1", "--format", "csv")):
+    export = ("export", "1", "--format", "csv", "--out", tmp_path / "samples.csv")
+    for verb in (("history",), ("report", "1"), ("fit", "1"), export):
         server.restart()
         answer = rig(*verb)
         assert answer.code in (0, 3), answer.err
