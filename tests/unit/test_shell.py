@@ -105,7 +105,7 @@ def test_nothing_heavy_is_imported_before_a_verb_needs_it(code: str):
     [
         ("rig c", {"calibrate", "capture", "check", "compare", "completion"}),
         ("rig profile s", {"show", "schema"}),
-        ("rig sweep sim", {"sim", "sim-oak", "sim-real"}),
+        ("rig sweep sim-o", {"sim-oak", "sim-oak-d"}),
         ("rig profile check v4l2-p", {"v4l2-pair-grbl", "v4l2-pair-marlin"}),
         ("rig export 1 --format c", {"colmap", "csv"}),
         ("rig import sim f --format k", {"kalibr"}),
