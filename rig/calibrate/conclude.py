@@ -33,6 +33,7 @@ def quality_of(calibration: Calibration) -> dict[str, object]:
         "depth_error": [
             {
                 "distance_mm": error.distance_mm,
+                "seen_pct": error.seen_pct,
                 "picture_pct": error.picture_pct,
                 "worst_pct": error.worst_pct,
             }

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from rig.calibrate.light import Brightness, brightness_of
 from rig.calibrate.pictures import Picture
 from rig.errors import TargetError
 from rig.frames import Frame
@@ -21,6 +22,8 @@ class PictureSightings:
     """(width, height) of each view."""
     by_view: tuple[Detection | TargetError, ...]
     """Per view: the corners, or why there are none."""
+    brightness: tuple[Brightness, ...] = ()
+    """Per view: how bright the parts of the picture are; none where nobody looked."""
 
     @property
     def sightings(self) -> tuple[Sighting, ...]:
@@ -71,6 +74,7 @@ def sight(picture: Picture, target: Target) -> PictureSightings:
         picture.stage_mm,
         tuple((frame.image.shape[1], frame.image.shape[0]) for frame in frames),
         tuple(_look(frame, target) for frame in frames),
+        tuple(map(brightness_of, frames)),
     )
 
 

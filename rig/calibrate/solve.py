@@ -7,9 +7,13 @@ from typing import Literal
 import numpy as np
 
 from rig.arrays import Float
+from rig.calibrate.light import lit_part
 from rig.calibrate.sight import PictureSightings, all_sightings
 from rig.errors import CalibrationError
 from rig.geometry.bundle import Calibration, solve_rig
+from rig.geometry.bundle.observations import observe
+from rig.geometry.bundle.part import Part
+from rig.geometry.bundle.repeats import require_different_places
 from rig.geometry.bundle.solve import Fixed
 from rig.geometry.half_turn import agree_on_turns
 from rig.geometry.lens import LensModel
@@ -83,6 +87,7 @@ class _Board:
     def one_way_up(self, sightings: Sequence[Sighting]) -> Sequence[Sighting]:
         if self.has_one_way_up:
             return sightings
+        require_different_places(observe(sightings, self.points_mm, len(self.names)))
         return agree_on_turns(sightings, self.points_mm, self.sizes_px, self.names)
 
     def refuse_mirrored(self, sightings: Sequence[Sighting]) -> None:
@@ -116,4 +121,10 @@ def _solved(
         start=choices.start,
         fixed=choices.fixed,
         steps=np.array([[view.x_steps, view.y_steps] for view in profile.views]),
+        lit=_lit(pictures, profile.reference),
     )
+
+
+def _lit(pictures: Sequence[PictureSightings], view: int) -> Part | None:
+    looked = [one.brightness[view] for one in pictures if one.brightness]
+    return lit_part(looked) if looked else None

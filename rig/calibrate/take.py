@@ -167,11 +167,11 @@ class _Guide:
             self.tell(f"{count} pictures do not do yet: {error}")
             return
         self.solves.append(solve)
-        self.errors += ((count, solve.depth_error[JUDGED_AT].picture_pct),)
+        self.errors += ((count, solve.depth_error[JUDGED_AT].seen_pct),)
         self.tell(
             f"{count} pictures: depth error "
             + ", ".join(
-                f"{e.picture_pct:.3f} % at {e.distance_mm / 1000:g} m" for e in solve.depth_error
+                f"{e.seen_pct:.3f} % at {e.distance_mm / 1000:g} m" for e in solve.depth_error
             )
             + f" (k=2); {solve.verdict}"
         )

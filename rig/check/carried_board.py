@@ -54,7 +54,7 @@ def judge_carried_board(
 
 def judge_places(profile: Profile, boards: Sequence[BoardAtStop]) -> Item:
     """Judge where in the plan each view sees the board, from pictures at known distances."""
-    image = boards[0].multiview.frames[0].image
+    images = boards[0].multiview.images
     reaches: list[Reach] = []
     for place, view in enumerate(profile.views):
         corners_at_mm = {
@@ -63,7 +63,7 @@ def judge_places(profile: Profile, boards: Sequence[BoardAtStop]) -> Item:
             if isinstance(corners := board.by_view[place], Corners)
         }
         if corners_at_mm:
-            size_px = (image.shape[1], image.shape[0])
+            size_px = (images[place].shape[1], images[place].shape[0])
             reach = predict_reach(
                 view.name, corners_at_mm, plan_mm=plan_mm(profile), size_px=size_px
             )

@@ -4,6 +4,7 @@ from rig.check.items import Item, Status, failed, graded
 from rig.errors import RigError, TargetError
 from rig.frames import MultiView
 from rig.geometry.drift import Drift, measure_drift
+from rig.geometry.half_turn import agree_by_geometry
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.rig_geometry_json import geometry_from_json
 from rig.geometry.sighting import Sighting
@@ -107,7 +108,10 @@ def _drift(geometry: RigGeometry, target: Target, multiview: MultiView) -> Drift
             sightings.append(Sighting(0, view, points.ids, points.xy_px, points.sigma_px))
     if len(sightings) < 2 and reason is not None:
         raise reason
-    return measure_drift(geometry, target.points_mm.reshape(-1, 3), sightings)
+    points_mm = target.points_mm.reshape(-1, 3)
+    if not target.has_one_way_up:
+        sightings = list(agree_by_geometry(sightings, points_mm, geometry))
+    return measure_drift(geometry, points_mm, sightings)
 
 
 def _difference(now: float | None, then: float | None) -> float | None:

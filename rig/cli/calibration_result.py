@@ -64,12 +64,14 @@ def calibration_lines(result: "CalibrationResult") -> list[str]:
     calibration, verdict = result.calibration, result.calibration.verdict
     epipolar = calibration.epipolar
     errors = ", ".join(
-        f"{error.picture_pct:.3f} % at {error.distance_mm / 1000:g} m"
+        f"{error.seen_pct:.3f} % at {error.distance_mm / 1000:g} m"
         for error in calibration.depth_error
     )
+    whole = ", ".join(f"{error.picture_pct:.3f}" for error in calibration.depth_error)
     lines = [
         f"calibration {result.calibration_id} of {result.rig}: {verdict}",
-        f"depth error from calibration alone, k=2 over the picture: {errors or 'not known'}",
+        f"depth error from calibration alone, k=2 where boards were seen: {errors or 'not known'}"
+        + (f" (over the whole picture {whole} %)" if whole else ""),
         f"reprojection rms {calibration.rms_px:.3f} px, {calibration.held_out_rms_px:.3f} px "
         f"on held-out pictures; {len(calibration.pictures)} pictures, lens {calibration.lens}",
         f"epipolar error mean {epipolar.mean_px:.3f}, p95 {epipolar.p95_px:.3f}, "

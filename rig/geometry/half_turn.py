@@ -8,6 +8,8 @@ import numpy as np
 from rig.arrays import Float
 from rig.errors import CalibrationError
 from rig.geometry.bundle.start_cameras import BoardPoints, board_pose, guess_camera
+from rig.geometry.pose import Pose
+from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.sighting import Sighting
 
 Rotations = Mapping[tuple[int, int], Float]
@@ -63,6 +65,37 @@ def agree_on_turns(
     return tuple(
         replace(s, ids=last - s.ids) if flipped.get((s.picture, s.view)) else s for s in sightings
     )
+
+
+def agree_by_geometry(
+    sightings: Sequence[Sighting], points_mm: Float, geometry: RigGeometry
+) -> tuple[Sighting, ...]:
+    """Turn the sightings of one picture by half a turn where the geometry of the rig needs it.
+
+    Args:
+        sightings: of one picture, of a board as `agree_on_turns` takes it.
+        points_mm: (P, 3) points of the board.
+        geometry: of the rig; cameras may have moved since by less than half a board.
+    """
+    if not sightings:
+        return ()
+    first, *others = sightings
+    board = BoardPoints(points_mm[first.ids, :2], first.xy_px)
+    seen = board_pose(geometry.cameras[first.view], board)
+    if seen is None:
+        return tuple(sightings)
+    pose = geometry.cam_from_reference[first.view].inverse() @ seen
+    last = len(points_mm) - 1
+    agreed = [first]
+    for other in others:
+        ways = (other, replace(other, ids=last - other.ids))
+        agreed.append(min(ways, key=lambda way: _misfit_px(geometry, points_mm, pose, way)))
+    return tuple(agreed)
+
+
+def _misfit_px(geometry: RigGeometry, points_mm: Float, pose: Pose, way: Sighting) -> float:
+    away_px = geometry.project(way.view, pose.apply(points_mm[way.ids])) - way.xy_px
+    return float(np.linalg.norm(np.nan_to_num(away_px, nan=1e6)))
 
 
 def first_rotations(

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rig.arrays import Float
 from rig.errors import CalibrationError
@@ -87,16 +88,14 @@ def refuse_mirrored(
     )
 
 
-def _mirrored_points(points_mm: Float) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+def _mirrored_points(points_mm: Float) -> NDArray[np.intp]:
     """(P,) the point that lies where each point is after the board is mirrored left to right."""
     plane = points_mm[:, :2]
     mirrored = plane * (-1.0, 1.0) + (plane[:, 0].min() + plane[:, 0].max(), 0.0)
     return np.argmin(np.linalg.norm(mirrored[:, None] - plane, axis=2), axis=1)
 
 
-def _mirrored_back(
-    sighting: Sighting, partner: np.ndarray[tuple[int], np.dtype[np.intp]], width_px: int
-) -> Sighting:
+def _mirrored_back(sighting: Sighting, partner: NDArray[np.intp], width_px: int) -> Sighting:
     xy_px = sighting.xy_px * (-1.0, 1.0) + (width_px - 1.0, 0.0)
     return replace(sighting, ids=partner[sighting.ids], xy_px=xy_px)
 

@@ -19,10 +19,11 @@ from rig.frames import GreyImage, Pictures
 from rig.geometry.pinhole import Pinhole
 from rig.geometry.rectification import Rectification, rectify
 from rig.geometry.rig_geometry import RigGeometry
+from rig.geometry.way_up import turned_reference
 from rig.optics.calibrated_views import CalibratedViews
 from rig.optics.nominal import noise_of
 from rig.optics.optics import Pixels
-from rig.optics.softening import softening_px
+from rig.optics.softening import noise_left, softening_px
 from rig.profile import Profile
 
 _MISPLACED = 0.25
@@ -83,7 +84,7 @@ class CalibratedOptics:
             x_steps=self.rectification.x_steps,
             y_steps=self.rectification.y_steps,
             reference=self._reference,
-            noise=known or _estimated_noise(reference),
+            noise=self._noise_left(known or _estimated_noise(reference)),
         )
 
     def pictures(self, images: Pictures) -> Pictures:
@@ -221,7 +222,22 @@ class CalibratedOptics:
         return Resampler(
             [self.rectification.raw_map_px(view) for view in range(len(cameras))],
             [(camera.height_px, camera.width_px) for camera in cameras],
-            softening_px([self.rectification.finer(view) for view in range(len(cameras))]),
+            self._soft_px,
+        )
+
+    @cached_property
+    def _soft_px(self) -> tuple[float, ...]:
+        views = range(len(self.rectification.geometry.cameras))
+        return softening_px([self.rectification.finer(view) for view in views])
+
+    def _noise_left(self, noise: NoiseModel) -> NoiseModel:
+        left = noise_left(self._soft_px)
+        if left == 1.0:
+            return noise
+        return NoiseModel(
+            noise.read_noise_levels * left**0.5,
+            noise.electrons_per_level / left,
+            noise.step_levels * left**0.5,
         )
 
     @cached_property
@@ -265,6 +281,7 @@ def _require_same_views(profile: Profile, rectification: Rectification) -> None:
             f"about {wanted[profile.reference]}",
             advice="calibrate this rig",
         )
+    steps = np.array([[view.x_steps, view.y_steps] for view in profile.views])
     places = zip(profile.views, rectification.x_steps, rectification.y_steps, strict=True)
     for view, x, y in places:
         away = float(np.hypot(x - view.x_steps, y - view.y_steps))
@@ -272,5 +289,6 @@ def _require_same_views(profile: Profile, rectification: Rectification) -> None:
             raise ConfigError(
                 f"calibration found view {view.name} at ({x:.3f}, {y:.3f}) view steps, the profile "
                 f"has it at ({view.x_steps:g}, {view.y_steps:g})",
-                advice=f"are two cables swapped, or is pitch_mm = {profile.pitch_mm:g} wrong?",
+                advice=turned_reference(geometry, steps)
+                or f"are two cables swapped, or is pitch_mm = {profile.pitch_mm:g} wrong?",
             )

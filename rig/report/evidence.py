@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rig.curve import Curve
 from rig.database import Store
 from rig.epipolar import RectifiedViews
-from rig.frames import GreyImage
+from rig.frames import GreyImage, Pictures
 from rig.measurement import Measurement, Point
 from rig.optics.optics import Optics
 from rig.profile import Profile
@@ -26,8 +26,8 @@ class Picture:
     """One sample with its images and where the board was found in the reference view."""
 
     sample: Sample
-    images: GreyImage
-    """(V, H, W) rectified, in the order of the profile's views."""
+    images: Pictures
+    """One per view, rectified, in the order of the profile's views."""
     views: RectifiedViews
     """The same for estimators."""
     centre_px: Point

@@ -10,6 +10,7 @@ from rig.errors import CalibrationError
 from rig.geometry.bundle.geometry_of import rodrigues_by_shared, unknowns_of
 from rig.geometry.bundle.linearise import Target, linearise
 from rig.geometry.bundle.observations import Observations
+from rig.geometry.bundle.part import Part, nodes_px
 from rig.geometry.bundle.result import DepthError
 from rig.geometry.bundle.unknowns import WARP
 from rig.geometry.lens import COEFFICIENTS
@@ -27,24 +28,43 @@ def picture_grid(width_px: int, height_px: int) -> Float:
     return np.stack([x.ravel(), y.ravel()], axis=1)
 
 
-def depth_errors(geometry: RigGeometry) -> tuple[DepthError, ...]:
+def depth_errors(
+    geometry: RigGeometry, seen: Part | None = None, lit: Part | None = None
+) -> tuple[DepthError, ...]:
     """Tell the headline: k = 2 at each of `DISTANCES_MM`, NaN where no two views overlap.
+
+    Args:
+        geometry: the rig.
+        seen: where boards were seen in the reference view; None for the whole picture.
+        lit: where light falls on its picture; None for all of it.
 
     Raises:
         CalibrationError: the geometry has no covariance.
     """
     camera = geometry.cameras[geometry.reference]
-    grid = picture_grid(camera.width_px, camera.height_px)
+    pixels = nodes_px((camera.width_px, camera.height_px))
+    whole = np.ones(pixels.shape[:2], np.bool_) if lit is None else lit
+    part = whole if seen is None else seen & whole
     errors: list[DepthError] = []
     for distance_mm in DISTANCES_MM:
-        sigma = depth_sigma_mm(geometry, distance_mm, grid) / distance_mm * 100
-        finite = sigma[np.isfinite(sigma)]
-        if finite.size:
-            rms = float(np.sqrt(np.mean(finite**2)))
-            errors.append(DepthError(distance_mm, 2 * rms, 2 * float(finite.max())))
-        else:
-            errors.append(DepthError(distance_mm, float("nan"), float("nan")))
+        sigma_mm = depth_sigma_mm(geometry, distance_mm, pixels.reshape(-1, 2))
+        twice_pct = 200.0 * sigma_mm.reshape(whole.shape) / distance_mm
+        errors.append(
+            DepthError(
+                distance_mm, _rms(twice_pct[part]), _rms(twice_pct[whole]), _most(twice_pct[whole])
+            )
+        )
     return tuple(errors)
+
+
+def _rms(values: Float) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if finite.size else float("nan")
+
+
+def _most(values: Float) -> float:
+    finite = values[np.isfinite(values)]
+    return float(finite.max()) if finite.size else float("nan")
 
 
 def depth_sigma_mm(geometry: RigGeometry, distance_mm: float, pixels: Float) -> Float:

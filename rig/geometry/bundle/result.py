@@ -13,7 +13,7 @@ from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 from rig.json_codec import Codec
 
-VERSION = 2
+VERSION = 3
 """Of the JSON form."""
 
 
@@ -114,10 +114,12 @@ class DepthError:
     """
 
     distance_mm: Number
+    seen_pct: Number
+    """Root mean square over the part of the reference view in which boards were seen."""
     picture_pct: Number
-    """Root mean square over the picture."""
+    """Over the whole picture, but for corners that no light reaches."""
     worst_pct: Number
-    """At the worst place of the picture, mostly a corner."""
+    """At the worst place of that, mostly a corner."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +191,8 @@ class Calibration:
     """At 0.5, 1, 2 and 3 m; none where a fixed geometry came without covariance."""
     error_scale: Number
     """Errors of one picture have something in common: its pull varies so many times as much as
-    that of independent errors. Already in the covariance; above 3 the model misses something."""
+    that of independent errors, 1 at least. Already in the covariance; above 4 the model misses
+    something."""
     verdict: Verdict
 
     @property

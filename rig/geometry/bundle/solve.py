@@ -27,7 +27,9 @@ from rig.geometry.bundle.lens_choice import (
 )
 from rig.geometry.bundle.linearise import Target
 from rig.geometry.bundle.observations import Observations, observe
+from rig.geometry.bundle.part import Part, part_with_boards
 from rig.geometry.bundle.priors import StageStops
+from rig.geometry.bundle.repeats import require_different_places
 from rig.geometry.bundle.result import (
     BoardMotion,
     BoardWarp,
@@ -73,6 +75,7 @@ def solve_rig(
     fixed: Fixed = "none",
     steps: Float | None = None,
     synchronous: bool = False,
+    lit: Part | None = None,
 ) -> Calibration:
     """Solve cameras, their places, the board and the stage together.
 
@@ -91,6 +94,7 @@ def solve_rig(
             directions are compared with what is found.
         synchronous: views are known to be exposed together: no motion of the board between them is
             looked for.
+        lit: where light falls on the picture of the reference view; None for all of it.
 
     Raises:
         CalibrationError: the sightings do not determine the geometry.
@@ -103,7 +107,8 @@ def solve_rig(
     uncertainty = measure_uncertainty(adjusted)
     geometry = _geometry(question, adjusted, uncertainty, start)
     residuals = _residuals(adjusted, held_out)
-    errors = depth_errors(geometry) if geometry.covariance is not None else ()
+    seen = part_with_boards(question.observed, reference, sizes_px[reference], adjusted.weight > 0)
+    errors = depth_errors(geometry, seen, lit) if geometry.covariance is not None else ()
     warp_sigma = np.sqrt(np.diag(uncertainty.covariance)[adjusted.problem.layout.warp_columns])
     return Calibration(
         geometry=geometry,
@@ -119,7 +124,7 @@ def solve_rig(
         lens=geometry.cameras[reference].lens,
         lens_scores=scores,
         depth_error=errors,
-        error_scale=uncertainty.clustering,
+        error_scale=max(uncertainty.clustering, 1.0),
         verdict=judge(adjusted, uncertainty, geometry, errors, steps),
     )
 
@@ -157,6 +162,8 @@ def _ask(
             advice="give the geometry of this rig",
         )
     observed = observe(sightings, points, len(names))
+    if fixed == "none":
+        require_different_places(observed)
     free = Free(intrinsics=fixed == "none", lens=fixed == "none", places=fixed != "all")
     return _Question(
         observed=observed,

@@ -11,6 +11,7 @@ from rig.geometry.bundle.alone import Alone, fit_alone
 from rig.geometry.bundle.result import Reason
 from rig.geometry.bundle.start_cameras import BoardPoints, board_misfit, board_pose
 from rig.geometry.rig_geometry import RigGeometry
+from rig.geometry.way_up import turned_reference
 
 _BLURRED = 2.0
 """Sightings so many times as noisy as the others of their view are blurred."""
@@ -75,6 +76,9 @@ def swapped_layout(geometry: RigGeometry, steps: Float) -> list[Reason]:
             like = _likeness(places, moved)
             if like > asis + 0.1 and (best is None or like > best[0]):
                 best = (like, one, other)
+    turned = turned_reference(geometry, steps)
+    if turned is not None:
+        return [Reason("turned", turned)]
     if best is None:
         return []
     names = geometry.names

@@ -9,13 +9,14 @@ from rig.geometry.bundle.adjust import Adjusted
 from rig.geometry.bundle.advice import advise
 from rig.geometry.bundle.coverage import find_gaps
 from rig.geometry.bundle.motion import Motion
+from rig.geometry.bundle.repeats import repeated
 from rig.geometry.bundle.result import DepthError, Reason, Verdict
 from rig.geometry.bundle.suspicion import find_bad_data
 from rig.geometry.bundle.uncertainty import Uncertainty
 from rig.geometry.rig_geometry import RigGeometry
 
 MOST_DEPTH_PCT = 0.2
-"""Depth error at 1 m, k = 2 over the picture, above which a calibration is weak."""
+"""Depth error at 1 m, k = 2 where boards were seen, above which a calibration is weak."""
 _JUDGED_MM = 1000.0
 _MOST_CLUSTERING = 4.0
 _MOST_OUTLIERS = 0.02
@@ -37,7 +38,8 @@ def judge(
         depth_error: the headline; none where it cannot be told.
         steps: (V, 2) where the profile places the views, if it is known.
     """
-    reasons = find_bad_data(adjusted, geometry, steps)
+    reasons = repeated(adjusted.problem.observed)
+    reasons += find_bad_data(adjusted, geometry, steps)
     reasons += find_gaps(adjusted, geometry)
     reasons += _outliers(adjusted)
     if not reasons and uncertainty.clustering > _MOST_CLUSTERING:
@@ -71,13 +73,13 @@ def _outliers(adjusted: Adjusted) -> list[Reason]:
 
 def _depth(depth_error: Sequence[DepthError]) -> list[Reason]:
     at = next((error for error in depth_error if error.distance_mm == _JUDGED_MM), None)
-    if at is None or not at.picture_pct > MOST_DEPTH_PCT:
+    if at is None or not at.seen_pct > MOST_DEPTH_PCT:
         return []
     return [
         Reason(
             "depth-error",
-            f"depth at {_JUDGED_MM / 1000:g} m is only known to {at.picture_pct:.2f} % (k=2, over "
-            f"the picture; {MOST_DEPTH_PCT} % wanted); take more pictures",
+            f"depth at {_JUDGED_MM / 1000:g} m is only known to {at.seen_pct:.2f} % (k=2, where "
+            f"boards were seen; {MOST_DEPTH_PCT} % wanted); take more pictures",
         )
     ]
 

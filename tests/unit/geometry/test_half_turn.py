@@ -6,7 +6,10 @@ import pytest
 from numpy.typing import NDArray
 
 from rig.errors import CalibrationError
-from rig.geometry.half_turn import agree_on_turns
+from rig.geometry.camera_model import CameraModel
+from rig.geometry.half_turn import agree_by_geometry, agree_on_turns
+from rig.geometry.pose import Pose
+from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.sighting import Sighting
 from rig.targets.checkerboard import Checkerboard
 
@@ -62,3 +65,22 @@ def test_turns_are_found_from_what_the_views_have_in_common():
 def test_pictures_that_fit_both_ways_are_refused():
     with pytest.raises(CalibrationError, match="tilt the board"):
         agree_on_turns(sightings(np.tile([12.0, 0.0, 0.0], (6, 1))), POINTS, SIZES, NAMES)
+
+
+def test_a_known_geometry_tells_the_way_up_from_one_picture():
+    camera = CameraModel(640, 400, 560.0, 560.0, 320.0, 200.0)
+    places = tuple(
+        Pose(turn, np.array([-60.0 * (view - 1), 0.0, 0.0]))
+        for view in range(3)
+        for turn in [cv2.Rodrigues(np.radians([0.0, 5.0 * (view - 1), 20.0 * view]))[0]]
+    )
+    from_first = tuple(place @ places[0].inverse() for place in places)
+    geometry = RigGeometry(NAMES, 0, (camera,) * 3, from_first)
+    truth = sightings(np.array([[20.0, -10.0, 5.0]]))
+    for turned in ([], [1], [2], [1, 2]):
+        given = [flip(s) if s.view in turned else s for s in truth]
+        agreed = agree_by_geometry(given, POINTS, geometry)
+        assert [np.array_equal(a.ids, t.ids) for a, t in zip(agreed, truth, strict=True)] == [
+            True
+        ] * 3
+    assert agree_by_geometry([], POINTS, geometry) == ()

@@ -60,7 +60,7 @@ def test_the_page_shows_every_picture_an_engineer_knows(html: str) -> None:
 
 def test_the_headline_is_depth(html: str, shown: ShownCalibration) -> None:
     at_1_m = next(e for e in shown.calibration.depth_error if e.distance_mm == 1000.0)
-    assert f"{at_1_m.picture_pct:.2g}"[:4] in header(html)
+    assert f"{at_1_m.seen_pct:.2g}"[:4] in header(html)
     assert "0.5 m" in section(html, "What it means for depth")
     assert f"{shown.calibration.rms_px:.3f}" in section(html, "How well the pictures fit")
 

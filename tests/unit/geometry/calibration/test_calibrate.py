@@ -118,7 +118,7 @@ def test_a_calibration_comes_back_from_json_to_the_bit(found: Calibration):
         ("{", "no JSON"),
         ("[]", "found version None"),
         ('{"version": 99, "calibration": {}}', "found version 99"),
-        ('{"version": 2, "calibration": {}}', "geometry is missing"),
+        ('{"version": 3, "calibration": {}}', "geometry is missing"),
     ],
 )
 def test_other_texts_are_refused(change: str, says: str):

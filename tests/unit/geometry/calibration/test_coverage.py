@@ -146,7 +146,7 @@ def test_two_of_a_hundred_points_may_be_left_out(left_out: int, is_said: bool) -
 
 @pytest.mark.parametrize(("pct", "is_said"), [(0.2, False), (0.21, True), (np.nan, False)])
 def test_depth_is_judged_at_a_metre(pct: float, is_said: bool) -> None:
-    errors = [DepthError(500.0, 9.0, 9.0), DepthError(1000.0, pct, 9.0)]
+    errors = [DepthError(500.0, 9.0, 9.0, 9.0), DepthError(1000.0, pct, 9.0, 9.0)]
     found = verdict._depth(errors)
     assert ["depth at 1 m is only known to 0.21 %" in r.text for r in found] == [True] * is_said
     assert verdict._depth(errors[:1]) == []
