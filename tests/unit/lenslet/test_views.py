@@ -152,7 +152,7 @@ def test_a_view_outside_of_its_micro_image_is_told_with_the_most_that_it_holds()
 
 @pytest.mark.slow
 def test_a_view_without_light_in_the_corners_shrinks_the_picture_and_is_told_in_the_end():
-    truth = true_array("square", barrel_px=6.0, barrel_shift=0.02)
+    truth = true_array("square", (560, 420), barrel_px=6.0, barrel_shift=0.02)
     array, _ = fit_array(exposed(truth.white()), raw_format(), "square", 14.0)
     near = plan_views(array, np.array([(0.0, 0.0)])).usable.shape
     far = plan_views(array, np.array([(-4.5, 0.0), (4.5, 0.0)])).usable.shape
