@@ -311,7 +311,7 @@ def test_the_vitals_and_the_views_are_there(bench: Bench):
     assert bench.page.locator("#views figure").count() == 5
     scores = bench.page.evaluate(
         "() => [0, 1, 2, 3, 4].map((i) => "
-        "window.rig.sharpness(window.rig.app.shown.view('views', i), 160, 100))"
+        "window.rig.sharpness(window.rig.app.shown.arrays['view_' + i].data, 160, 100))"
     )
     for score, one in zip(scores, SCENE.frame(0).views.frames, strict=True):
         grey = one.image.astype(float)

@@ -143,5 +143,6 @@ def test_100_000_damaged_buffers_give_images_or_are_refused():
         except PixelError:
             refused += 1
             continue
-        assert image.shape == (48, 64)
+        # Two views side by side, where their pixels come in turn.
+        assert image.shape == (48, 128 if name in {"Y8I", "Y12I"} else 64)
     assert 20_000 < refused < 95_000

@@ -211,7 +211,7 @@ def with_poses(change: Callable[[BoardPose], BoardPose]) -> Scene:
             "depth range too short: all boards are between",
         ),
         (replace(SCENE, poses=SCENE.poses[:6]), "few-pictures", "centre (6), right (6), low (6)"),
-        (replace(SCENE, corner_px=0.2), "depth-error", "depth at 1 m is only known to"),
+        (replace(SCENE, corner_px=0.6), "depth-error", "depth at 1 m is only known to"),
     ],
     ids=["square-on", "corners", "depth-range", "few-pictures", "depth-error"],
 )
