@@ -1,6 +1,5 @@
 """`rig calibrate` as its user runs it: simulated, with the stage, and on real pictures."""
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +7,9 @@ import pytest
 
 from rig.geometry.bundle import Calibration
 from tests.support.command import Command
+from tests.support.shared_data import SHARED
 from tests.support.stores import sqlite_url
 
-SHARED = Path(os.environ.get("RIG_SHARED_DATA", Path(__file__).parents[3] / "shared" / "data"))
 SMALL_AND_QUICK = (
     *("--set", "world.renderer=analytic"),
     *("--set", "world.hand.hold_s=0.7", "--set", "world.hand.move_s=0.05"),

@@ -1,56 +1,33 @@
 """`rig setup` at a terminal: left after the first step, taken up again, and led to a curve."""
 
-import os
-import pty
-import select
 import sys
-import time
-from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
 from tests.support.command import Command
 from tests.support.small_sim import SMALL_PAIR, as_options
+from tests.support.terminal import typed
 
-LONGEST_S = 300.0
+SETUP = (sys.executable, "-m", "rig", "setup")
 PROMPTS = ("[Enter] run, s skip, q leave: ", "[Enter] when that is done: ")
 QUICK = (*SMALL_PAIR, "sweep.count=6", "sweep.samples=1", "sweep.backward_every=0")
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
 
-def typed(arguments: Sequence[str], answers: Sequence[str], folder: Path) -> tuple[str, int]:
-    """Run `rig setup` on a pseudo-terminal and answer its prompts; returns output and code."""
-    pid, terminal = pty.fork()
-    if pid == 0:
-        os.chdir(folder)
-        command = [sys.executable, "-m", "rig", "setup", *arguments]
-        os.execv(command[0], command)  # noqa: S606
-    said, given, deadline_s = b"", 0, time.monotonic() + LONGEST_S
-    while time.monotonic() < deadline_s:
-        if not select.select([terminal], [], [], 1.0)[0]:
-            continue
-        try:
-            came = os.read(terminal, 4096)
-        except OSError:  # the other end is closed
-            break
-        said += came
-        while given < min(len(answers), sum(said.count(p.encode()) for p in PROMPTS)):
-            os.write(terminal, f"{answers[given]}\n".encode())
-            given += 1
-    os.close(terminal)
-    return said.decode(errors="replace"), os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
-
-
 def test_it_leads_to_a_curve_and_goes_on_where_it_was_left(rig: Command, tmp_path: Path):
     database = f"sqlite:///{tmp_path}/rig.sqlite"
     options = ["sim", "--db", database, *as_options(QUICK)]
-    said, code = typed(options, ["", "", "q"], tmp_path)  # draw the board, it is printed, enough
+    said, code = typed(
+        [*SETUP, *options], PROMPTS, ["", "", "q"], tmp_path
+    )  # draw the board, it is printed, enough
     assert code == 0, said
     assert (tmp_path / "sim-target.pdf").stat().st_size > 1000
     assert "Print sim-target.pdf at 100 %" in said
     assert "next: rig setup sim goes on with rig check sim" in said
-    said, code = typed(options, ["", "s", ""], tmp_path)  # check; calibrated by hand; sweep
+    said, code = typed(
+        [*SETUP, *options], PROMPTS, ["", "s", ""], tmp_path
+    )  # check; calibrated by hand; sweep
     assert code == 0, said
     assert "done  target     sim-target.pdf" in said
     assert ", 0 fail, " in said

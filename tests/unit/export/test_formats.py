@@ -1,7 +1,6 @@
 """Every format against its own reader, against other people's readers, and against nonsense."""
 
 import json
-import os
 import subprocess
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -24,6 +23,7 @@ from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import LensModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
+from tests.support.shared_data import SHARED
 
 FORMATS = {name: geometry_format(name) for name in formats_of("geometry")}
 LENSES: dict[LensModel, tuple[float, ...]] = {
@@ -248,9 +248,6 @@ def test_ros_places_come_from_projections_where_there_are_no_transforms(tmp_path
     (tmp_path / "transforms.yaml").unlink()
     back = aligned(FORMATS["ros"].read(tmp_path), flat.names, "centre")
     assert largest_gap_px(flat, back) < 1e-6
-
-
-SHARED = Path(os.environ.get("RIG_SHARED_DATA", Path(__file__).parents[4] / "shared" / "data"))
 
 
 @pytest.mark.skipif(

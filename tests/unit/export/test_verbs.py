@@ -14,9 +14,9 @@ from rig.export.formats import FORMATS
 from rig.export.geometry_format import geometry_format
 from rig.export.samples import COLUMNS
 from tests.support.command import Command
+from tests.support.shared_data import SHARED
 from tests.support.stores import sqlite_url
 from tests.support.sweeps import stored_sweep
-from tests.unit.export.test_formats import SHARED
 
 STEREO = SHARED / "checkerboard-stereo"
 

@@ -1,8 +1,5 @@
 """Corners in real pictures of a hand-held 9 x 6 board; 25 stereo pairs, 640 x 512."""
 
-import os
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
@@ -10,9 +7,9 @@ import pytest
 from rig.geometry.homography import fit_homography, map_points
 from rig.targets.checkerboard import Checkerboard
 from rig.targets.corners import Corners, find_corners
+from tests.support.shared_data import SHARED
 
 BOARD = Checkerboard(9, 6, 25.0)
-SHARED = Path(os.environ.get("RIG_SHARED_DATA", Path(__file__).parents[4] / "shared" / "data"))
 FOLDER = SHARED / "checkerboard-stereo"
 
 pytestmark = pytest.mark.skipif(

@@ -1,7 +1,5 @@
 """The white picture of a real light-field microscope, where it is at hand."""
 
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
@@ -13,12 +11,13 @@ from rig.lenslet.plan import plan_views
 from rig.lenslet.views import sub_apertures
 from rig.lenslet.vignetting import fit_vignetting
 from rig.lenslet.white import RawFormat, white_light
+from tests.support.shared_data import SHARED
 
-FOLDER = Path("/work/shared/data/lenslet-seaurchin")
+FOLDER = SHARED / "lenslet-seaurchin"
 FORM = RawFormat(255, is_bayer=False, dark_levels=3.0)
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(not FOLDER.is_dir(), reason="the real raw picture is not at hand"),
+    pytest.mark.skipif(not FOLDER.is_dir(), reason=f"not in {FOLDER}; set RIG_SHARED_DATA"),
 ]
 
 
