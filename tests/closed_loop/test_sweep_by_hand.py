@@ -4,6 +4,8 @@ import re
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.support.small_sim import SMALL_SIM, as_options
 from tests.support.terminal import typed
 
@@ -18,6 +20,7 @@ def profile_by_hand(folder: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_verb_says_where_and_waits_for_enter(tmp_path: Path) -> None:
     profile = profile_by_hand(tmp_path)
     said, code = typed(

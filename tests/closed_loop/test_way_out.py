@@ -65,6 +65,7 @@ def test_a_signal_while_modules_are_read_is_one_line(module: str, database: str)
     assert_one_line(ended, KEPT)
 
 
+@pytest.mark.slow
 def test_a_signal_after_the_last_word_leaves_it_whole(database: str):
     open_store(database).close()
     ended = run_signalled(signal.SIGTERM, LAST, "history", "--db", database)

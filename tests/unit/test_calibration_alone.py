@@ -91,6 +91,7 @@ def test_a_rig_with_a_calibration_and_no_sweep_takes_the_curve_of_that(tmp_path:
             open_run(store, SMALL.profile, "none")
 
 
+@pytest.mark.slow
 def test_a_swept_curve_takes_over_and_one_that_missed_a_gate_is_not_passed_by(tmp_path: Path):
     store, result = stored_sweep(tmp_path)
     with store:
@@ -102,6 +103,7 @@ def test_a_swept_curve_takes_over_and_one_that_missed_a_gate_is_not_passed_by(tm
         assert not store.has_curve("another")
 
 
+@pytest.mark.slow
 def test_the_sigma_of_an_import_is_that_of_its_source_or_of_the_profile(tmp_path: Path):
     with open_store(sqlite_url(tmp_path)) as store:
         of_source: list[float] = []

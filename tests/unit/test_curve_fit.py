@@ -74,6 +74,7 @@ def test_a_wavy_rig_gets_the_spline() -> None:
     assert fit.holdout.max_pct < 0.5
 
 
+@pytest.mark.slow
 def test_two_lines_are_found_where_they_are_the_truth() -> None:
     def law_px(z: float) -> float:
         return (700.0 - z) * (0.09 if z < 700.0 else 0.03)

@@ -45,11 +45,16 @@ def trees() -> dict[str, ast.Module]:
 
 
 @cache
+def below(function: ast.FunctionDef) -> tuple[ast.AST, ...]:
+    return tuple(ast.walk(function))
+
+
+@cache
 def judgements(function: ast.FunctionDef) -> frozenset[ast.AST]:
     """Return what may fail in a function by itself: assertions, and calls that judge."""
     return frozenset(
         node
-        for node in ast.walk(function)
+        for node in below(function)
         if isinstance(node, ast.Assert) or (isinstance(node, ast.Call) and judges(name_of(node)))
     )
 
@@ -61,7 +66,7 @@ def judges(name: str) -> bool:
 @cache
 def plain_calls(function: ast.FunctionDef) -> dict[ast.AST, str]:
     """Return the calls of plain names in a function, each with the name."""
-    calls = (node for node in ast.walk(function) if isinstance(node, ast.Call))
+    calls = (node for node in below(function) if isinstance(node, ast.Call))
     return {call: call.func.id for call in calls if isinstance(call.func, ast.Name)}
 
 
@@ -93,9 +98,9 @@ def all_judgements(function: ast.FunctionDef) -> set[ast.AST]:
 def conditional(function: ast.FunctionDef) -> set[ast.AST]:
     """Return all that runs only under a condition that has no other branch, or after an error."""
     found: set[ast.AST] = set()
-    for node in ast.walk(function):
+    for node in below(function):
         if isinstance(node, ast.If) and not node.orelse:
-            found.update(below for statement in node.body for below in ast.walk(statement))
+            found.update(inner for statement in node.body for inner in ast.walk(statement))
         if isinstance(node, ast.ExceptHandler):
             found.update(ast.walk(node))
     return found
@@ -105,7 +110,7 @@ def looks_at_words(function: ast.FunctionDef) -> bool:
     """Whether each `raises` says what the message must hold, or keeps the error."""
     return all(
         item.context_expr.keywords or item.optional_vars
-        for node in ast.walk(function)
+        for node in below(function)
         if isinstance(node, ast.With)
         for item in node.items
         if isinstance(item.context_expr, ast.Call)
@@ -119,7 +124,8 @@ def all_tests() -> dict[str, ast.FunctionDef]:
     return {
         f"{path}::{node.name}": node
         for path, tree in trees().items()
-        for node in ast.walk(tree)
+        for owner in (tree, *(node for node in tree.body if isinstance(node, ast.ClassDef)))
+        for node in owner.body
         if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")
     }
 

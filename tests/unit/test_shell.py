@@ -117,6 +117,7 @@ def test_words_are_completed_and_no_database_is_made(tmp_path: Path, line: str, 
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_numbers_are_completed_from_the_database(tmp_path: Path):
     from rig.profile.load import load_profile
 
@@ -225,6 +226,7 @@ def test_a_wrong_value_of_an_option_is_exit_code_2(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_reader_that_left_is_told_nothing():
     with subprocess.Popen(
         [*RIG, "profile", "schema"], stdout=subprocess.PIPE, stderr=subprocess.PIPE

@@ -104,6 +104,7 @@ def calibrated(store: Store, profile: Profile | None = None, *, active: bool = F
     )
 
 
+@pytest.mark.slow
 def test_a_capture_opens_the_database_once_and_its_verb_only_prints(
     rig: Command, shelf: Path, tmp_path: Path
 ):

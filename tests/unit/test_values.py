@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 PURE = (
     "rig.geometry",
     "rig.targets",
@@ -45,6 +47,7 @@ def imported(*names: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 def test_no_mathematics_and_no_value_loads_the_database():
     done = imported(*PURE)
     assert (done.stdout, done.stderr, done.returncode) == ("none of them\n", "", 0)

@@ -137,6 +137,7 @@ with open_store(sqlite_url(disk)) as store:
 """
 
 
+@pytest.mark.slow
 def test_a_disk_that_is_really_full(tmp_path: Path) -> None:
     own_mounts = ["unshare", "--map-root-user", "--mount"]
     if (
@@ -212,6 +213,7 @@ def test_a_damaged_database_is_named(tmp_path: Path) -> None:
         store.sweeps()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "samples", [3, *(pytest.param(count, marks=pytest.mark.slow) for count in (4, 5, 7, 11))]
 )

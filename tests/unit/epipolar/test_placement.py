@@ -205,6 +205,7 @@ def test_views_of_a_row_are_placed_but_for_what_turns_the_row() -> None:
     assert np.abs(found.steps - error).max() < 0.01
 
 
+@pytest.mark.slow
 def test_sigma_of_slopes_holds_what_no_match_can_know_about_the_places(wall: Scene) -> None:
     """Errors drawn at random have a part in common, which no view shows: sigma must hold it."""
     errors = 0.02 * np.random.default_rng(3).standard_normal((10, 5, 2))

@@ -283,6 +283,7 @@ def test_files_larger_than_any_real_one_are_told_with_the_bound(tmp_path: Path) 
         load_profile(str(profile))
 
 
+@pytest.mark.slow
 def test_files_of_more_values_than_any_are_told_before_they_cost_anything(tmp_path: Path) -> None:
     chain = tmp_path / "camchain.yaml"
     chain.write_text("cam0: [" + "0," * 10_000 + "]")

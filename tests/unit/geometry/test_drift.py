@@ -108,6 +108,7 @@ def test_chance_alone_gives_every_probability_alike():
     assert 0.3 < float(np.mean(found)) < 0.7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("corner_px", [0.005, 0.1])
 def test_the_noise_is_that_of_the_corners_whatever_it_is(corner_px: float):
     drift = measure_drift(calibrated(3), flat_board_mm(), scene(corner_px=corner_px).sightings(3))

@@ -70,6 +70,7 @@ def test_with_two_views_either_may_be_mirrored():
         refuse(found, board)
 
 
+@pytest.mark.slow
 def test_what_is_not_mirrored_passes():
     for board in (Checkerboard(9, 6, 25.0), Checkerboard(8, 6, 25.0)):
         assert refuse(sightings(board), board) is None

@@ -91,6 +91,7 @@ def test_a_curve_made_without_mending_is_refused_where_rows_miss():
         captured(None, misses=True)
 
 
+@pytest.mark.slow
 def test_a_curve_that_a_program_brought_is_named_as_such():
     brought = replace(run(None), curve=RunCurve(None, fit_curve(exact_sweep()).best, None))
     device = Sequence(NAMES, [frames(misses=True)])
@@ -101,6 +102,7 @@ def test_a_curve_that_a_program_brought_is_named_as_such():
         list(camera)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("looked", [False, True])
 def test_a_curve_serves_where_rows_meet(looked: bool):
     first, second = captured(rows_of_sweep(misses=False) if looked else None, misses=False)
@@ -108,6 +110,7 @@ def test_a_curve_serves_where_rows_meet(looked: bool):
     assert second.slopes.mending is None or not second.slopes.mending.rows.any
 
 
+@pytest.mark.slow
 def test_rows_that_miss_as_they_did_in_the_sweep_are_mended_from_the_start():
     known = rows_of_sweep(misses=True)
     first, second = captured(known, misses=True)

@@ -159,6 +159,7 @@ def test_a_view_off_its_place_is_named_once_and_followed():
     assert errors[0] < 1.3 * errors[1]
 
 
+@pytest.mark.slow
 def test_a_frozen_reference_is_refused():
     profile = load_profile("sim", ["slopes.range_px=[-8.0, 12.0]"])
     stream = [multiview(profile, scene(-4.0, 6.0, left=True), n) for n in range(2)]

@@ -47,6 +47,7 @@ values = (
 )
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=400)
 @given(st.data())
 def test_no_refusal_of_a_wrong_value_speaks_the_language_of_the_library(data: st.DataObject):

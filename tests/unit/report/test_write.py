@@ -150,6 +150,7 @@ def test_what_cannot_be_put_in_place_leaves_nothing_behind(tmp_path: Path) -> No
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
 
 
+@pytest.mark.slow
 def test_a_missing_folder_is_a_store_error(least: Reported) -> None:
     gone = least.result.report.parent / "gone" / "report.html"
     with pytest.raises(StoreError, match=r"gone/report\.html: cannot write the report"):

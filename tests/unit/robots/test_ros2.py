@@ -64,6 +64,7 @@ def pixels(message: Any, kind: str) -> np.ndarray:
     return np.frombuffer(bytes(message.data), kind).reshape(message.height, message.width)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("read", [by_rosbags, by_mcap])
 def test_both_readers_find_every_topic_as_it_was(
     recorded: tuple[Path, list[DepthFrame]], read: Any

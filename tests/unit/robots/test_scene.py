@@ -77,6 +77,7 @@ def test_raw_cameras_are_those_of_the_calibration():
     assert scene.reference == "centre"
 
 
+@pytest.mark.slow
 def test_depth_counts_along_the_rectified_view_and_points_lie_where_they_are():
     pinhole = optics().rectification.pinhole
     shape = (pinhole.height_px, pinhole.width_px)

@@ -38,6 +38,7 @@ def test_a_sweep_measures_a_charuco_board_as_it_does_a_checkerboard():
     assert measured.sigma_px < 0.005
 
 
+@pytest.mark.slow
 def test_a_part_of_a_charuco_board_is_refused_by_a_sweep_with_the_reason():
     rig = SmallRig((*CHARUCO, "world.board_offset_mm=[150.0, 0.0]"), slide=Slide(-803.0))
     with rig.camera() as camera:

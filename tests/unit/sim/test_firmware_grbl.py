@@ -381,6 +381,7 @@ TYPED = st.lists(
 )
 
 
+@pytest.mark.slow
 @given(typed=TYPED, pause_s=st.sampled_from([0.0, 0.07, 1.0]), is_homed=st.booleans())
 def test_nothing_that_is_typed_breaks_it(
     typed: list[bytes], pause_s: float, is_homed: bool

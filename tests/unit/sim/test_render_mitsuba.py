@@ -17,6 +17,7 @@ from rig.errors import ConfigError
 from tests.support.cameras import SMALL, Slide, SmallRig
 
 
+@pytest.mark.slow
 def test_mitsuba_is_not_loaded_before_it_is_needed():
     program = (
         "import sys; from tests.support.cameras import SmallRig; SmallRig().camera();"

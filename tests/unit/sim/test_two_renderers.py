@@ -84,6 +84,7 @@ def test_a_renderer_is_named_by_all_that_its_pictures_depend_on():
     assert name.endswith(", 7 samples per px, seed 3")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("overrides", [(), (TILTED,), ("world.board_margin_mm=3.0",)])
 def test_pixels_at_the_end_of_the_paper_hold_their_share_of_it(overrides: tuple[str, ...]):
     seen = moment("sim", *overrides)

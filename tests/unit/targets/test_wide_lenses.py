@@ -26,6 +26,7 @@ def seen(board: WideBoard) -> np.ndarray:
     return digitised(board.clean(), noise=2.0, rng=np.random.default_rng(1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("board", [WIDE, CORNER, ASIDE], ids=["before", "corner", "aside"])
 def test_all_corners_are_found_where_they_are(board: WideBoard) -> None:
     found = find_corners(seen(board), Checkerboard(board.columns, board.rows, board.square_mm))

@@ -62,6 +62,7 @@ def errors_of(found: Calibration, scene: Scene) -> tuple[np.ndarray, np.ndarray]
     return errors, geometry.covariance
 
 
+@pytest.mark.slow
 def test_every_parameter_is_as_near_the_truth_as_its_sigma_says(found: Calibration, scene: Scene):
     errors, covariance = errors_of(found, scene)
     assert errors.size == 3 * 9 + 2 * 6
