@@ -78,7 +78,7 @@ def fit_two_lines(stops: Stops) -> FittedLaw[TwoLines]:
         count = np.unique(stops.group[mask]).size
         if count < 2:
             raise CurveError(
-                f"{count} distances {side} the focus distance",
+                f"{count} distance{'' if count == 1 else 's'} {side} the focus distance",
                 advice="a line on either side needs 2",
             )
     focus_mm = float(np.interp(0.0, stops.slope_px[::-1], stops.distance_mm[::-1]))

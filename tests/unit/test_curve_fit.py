@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rig.curve import ALL_MODELS, CurveFit, CurvePoint, fit_curve
-from rig.curve.models import fit_physical, fit_spline
+from rig.curve.models import fit_physical, fit_spline, fit_two_lines
 from rig.curve.points import stops_of
 from rig.errors import CurveError
 from tests.support.curve_points import (
@@ -160,6 +160,8 @@ def test_models_that_cannot_be_fitted_say_why() -> None:
     assert reasons["two-lines"] == (
         "0 distances after the focus distance; a line on either side needs 2"
     )
+    with pytest.raises(CurveError, match=r"^1 distance after the focus distance"):
+        fit_two_lines(stops_of(exact_sweep(distances_mm=np.array([400.0, 500.0, 600.0, 900.0]))))
 
 
 def test_a_model_that_falls_with_one_distance_says_which() -> None:
