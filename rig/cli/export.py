@@ -11,7 +11,7 @@ from rig.cli.options import AsJson, DatabaseUrl
 from rig.cli.output import show, show_json
 from rig.cli.pairs import pairs
 from rig.cli.words import exportable_numbers
-from rig.export.formats import FORMATS, capture_formats, formats_of
+from rig.export.formats import capture_formats, formats_of, written_formats
 
 if TYPE_CHECKING:
     from rig.export.exported import Exported, ExportedGeometry
@@ -29,7 +29,7 @@ def export(
         ),
     ],
     *,
-    target: Annotated[str, choice_of("--format", tuple(FORMATS), "Whose format.")],
+    target: Annotated[str, choice_of("--format", written_formats(), "Whose format.")],
     out: Annotated[
         Path | None,
         typer.Option(

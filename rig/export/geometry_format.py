@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, cast
 
 from rig.errors import ConfigError, FormatError, StoreError
 from rig.export.agreement import aligned, largest_gap_px
@@ -32,8 +32,8 @@ class GeometryFormat:
     """File that is made in the output folder; empty where it is the whole folder."""
     holds: tuple[Narrow, ...]
     """Lens models that it can hold."""
-    write: Callable[[RigGeometry, Path], None]
-    """Takes the geometry and the file or folder to write."""
+    write: Callable[[RigGeometry, Path], None] | None
+    """Takes the geometry and the file or folder to write; None for one that is only read."""
     read: Callable[[Path], RigGeometry]
 
 
@@ -64,13 +64,13 @@ def geometry_format(name: str) -> GeometryFormat:
     Raises:
         ConfigError: there is no such format, or it holds something else.
     """
-    exporter = format_named(name).load()
-    if not issubclass(exporter, GeometryExport):
+    entry = format_named(name)
+    if entry.kind != "geometry":
         raise ConfigError(
             f"format {name} asked for a calibration",
             advice=f"those that hold one are {', '.join(formats_of('geometry'))}",
         )
-    return exporter.format
+    return cast("GeometryFormat", entry.load_reader())
 
 
 def export_geometry(
@@ -110,7 +110,10 @@ def export_geometry(
         covariance=None if refits else geometry.covariance,
     )
     path = folder / target.path if target.path else folder
-    (write or target.write)(written, path)
+    writer = write or target.write
+    if writer is None:
+        raise ConfigError(f"format {target.name} asked to be written, it is only read")
+    writer(written, path)
     names = [(read_names or {}).get(name, name) for name in written.names]
     back = aligned(target.read(path), names, names[written.reference])
     gap_px = largest_gap_px(written, back)

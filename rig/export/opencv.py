@@ -22,6 +22,7 @@ from rig.errors import FormatError
 from rig.export import fields
 from rig.export.bounded_yaml import BoundedLoader
 from rig.export.geometry_format import GeometryExport, GeometryFormat
+from rig.export.opencv_lens import opencv_lens
 from rig.export.opencv_xml import read_xml
 from rig.files import write_bytes
 from rig.geometry.camera_model import CameraModel
@@ -137,10 +138,10 @@ def _read_sample(folder: Path, sample: Sequence[Path | None]) -> RigGeometry:
     for number in (1, 2):
         where = f"{inner}: camera {number}"
         matrix = _array(inside, f"M{number}", (3, 3), where)
-        lens, coefficients = _lens(_flat(inside, f"D{number}", where), where)
+        lens, coefficients = opencv_lens(_flat(inside, f"D{number}", where), where)
         size = tuple(fields.size_px(float(np.rint(2.0 * c)), where) for c in matrix[:2, 2])
         cameras.append(
-            fields.camera((size[0], size[1]), _intrinsics(matrix), lens, coefficients, where)
+            fields.camera((size[0], size[1]), fields.of_matrix(matrix), lens, coefficients, where)
         )
     where = str(outer)
     rotation = _array(outside, "R", (3, 3), where)
@@ -168,23 +169,11 @@ def _camera(node: fields.Fields, where: str) -> CameraModel:
         fields.size_px(fields.field(node, name, where), f"{where} {name}")
         for name in ("image_width", "image_height")
     )
-    return fields.camera((size[0], size[1]), _intrinsics(matrix), lens, coefficients, where)
-
-
-def _lens(flat: list[float], where: str) -> tuple[LensModel, list[float]]:
-    """Brown-Conrady lens of OpenCV's 0, 4, 5, 8 (or 12, 14 with zeros) coefficients."""
-    if any(flat[8:]):
-        raise FormatError(f"{where}: has a thin-prism or tilted lens, which is not known here")
-    wanted = flat[:8] + [0.0] * (8 - len(flat))
-    return ("brown8", wanted) if any(wanted[5:]) else ("brown5", wanted[:5])
+    return fields.camera((size[0], size[1]), fields.of_matrix(matrix), lens, coefficients, where)
 
 
 def _row(camera: CameraModel) -> Float:
     return np.array([camera.coefficients or (0.0,) * 5])
-
-
-def _intrinsics(matrix: Float) -> tuple[float, float, float, float]:
-    return float(matrix[0, 0]), float(matrix[1, 1]), float(matrix[0, 2]), float(matrix[1, 2])
 
 
 def _flat(node: fields.Fields, name: str, where: str) -> list[float]:
