@@ -78,5 +78,12 @@ class AniposeExport(GeometryExport):
     """Writes a calibration for anipose."""
 
     format: ClassVar = GeometryFormat(
-        "anipose", "anipose calibration", FILE, ("none", "brown5", "brown8", "fisheye"), write, read
+        "anipose",
+        "anipose calibration",
+        FILE,
+        ("none", "brown5", "brown8", "fisheye"),
+        write,
+        read,
+        mm_per_unit=1.0,
+        comments=(FILE,),
     )

@@ -70,4 +70,6 @@ def _require_solved(table: fields.Fields, where: str) -> None:
             )
 
 
-FORMAT = GeometryFormat("caliscope", "caliscope camera array", FILE, (), None, read)
+FORMAT = GeometryFormat(
+    "caliscope", "caliscope camera array", FILE, (), None, read, comments=(FILE,)
+)

@@ -121,5 +121,11 @@ class ColmapExport(GeometryExport):
     """Writes a calibration for COLMAP, as text."""
 
     format: ClassVar = GeometryFormat(
-        "colmap", "COLMAP model", "", ("none", "brown5", "brown8", "fisheye"), write, read
+        "colmap",
+        "COLMAP model",
+        "",
+        ("none", "brown5", "brown8", "fisheye"),
+        write,
+        read,
+        comments=("cameras.txt",),
     )

@@ -1,5 +1,6 @@
 """Takes numbers out of what a file held, and says which are missing or odd."""
 
+import json
 import reprlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -19,6 +20,7 @@ from rig.geometry.pose import Pose
 
 Fields = Mapping[str, object]
 
+MOST_JSON_BYTES = 1_000_000
 _LARGEST = 1e300
 """Whole numbers know no bound; beyond this they are no numbers of a camera."""
 _MOST_SKEW_PX = 1e-6
@@ -47,6 +49,24 @@ def read_yaml(path: Path, loader: type[BoundedLoader] = BoundedLoader) -> Fields
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         line = " ".join(str(error).split())
         raise FormatError(f"{path}: is no YAML: {line}") from error
+    return mapping(content, str(path))
+
+
+def read_json(path: Path, most: int = MOST_JSON_BYTES) -> Fields:
+    """Return the top-level mapping of a JSON file.
+
+    Args:
+        path: file to read.
+        most: bytes that any such file has.
+
+    Raises:
+        StoreError: it cannot be read.
+        FormatError: it is no JSON mapping.
+    """
+    try:
+        content = json.loads(read_text(path, most).lstrip("\ufeff"))
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{path}: is no JSON: {error}") from error
     return mapping(content, str(path))
 
 

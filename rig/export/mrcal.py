@@ -153,5 +153,11 @@ class MrcalExport(GeometryExport):
     """Writes a calibration for mrcal camera models."""
 
     format: ClassVar = GeometryFormat(
-        "mrcal", "mrcal camera models", "", ("none", "brown5", "brown8"), write, read
+        "mrcal",
+        "mrcal camera models",
+        "",
+        ("none", "brown5", "brown8"),
+        write,
+        read,
+        comments=(f"{{view}}{SUFFIX}",),
     )

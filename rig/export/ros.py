@@ -85,7 +85,9 @@ def read(folder: Path) -> RigGeometry:
         entry, where = fields.read_yaml(folder), str(folder)
         name = fields.text(entry, "camera_name", where)
         return RigGeometry((name,), 0, (_camera(entry, where),), (Pose.identity(),))
-    paths = sorted(path for path in folder.glob("*.yaml") if path.name != TRANSFORMS)
+    paths = sorted(
+        path for path in (*folder.glob("*.yaml"), *folder.glob("*.yml")) if path.name != TRANSFORMS
+    )
     if not paths:
         raise FormatError(
             f"{folder}: holds no camera_info *.yaml", advice="give the folder with one a view"
@@ -211,5 +213,11 @@ class RosExport(GeometryExport):
     """Writes a calibration for ROS camera_info."""
 
     format: ClassVar = GeometryFormat(
-        "ros", "ROS camera_info", "", ("none", "brown5", "brown8", "fisheye"), write, read
+        "ros",
+        "ROS camera_info",
+        "",
+        ("none", "brown5", "brown8", "fisheye"),
+        write,
+        read,
+        comments=("{view}.yaml", TRANSFORMS),
     )

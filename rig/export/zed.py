@@ -120,4 +120,6 @@ def _number(
         raise FormatError(f"{where}: {name} is {written[:40]}, expected a number") from error
 
 
-FORMAT = GeometryFormat("zed", "the factory's calibration of a ZED", "", (), None, read)
+FORMAT = GeometryFormat(
+    "zed", "the factory's calibration of a ZED", "", (), None, read, mm_per_unit=1.0
+)
