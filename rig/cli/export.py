@@ -8,10 +8,10 @@ import typer
 from rig.cli.format_choice import choice_of
 from rig.cli.next_verb import tell_next
 from rig.cli.options import AsJson, DatabaseUrl
-from rig.cli.output import show, show_json
+from rig.cli.output import show, show_json, tell
 from rig.cli.pairs import pairs
 from rig.cli.words import exportable_numbers
-from rig.export.formats import FORMATS, capture_formats, formats_of
+from rig.export.formats import capture_formats, formats_of, written_formats
 
 if TYPE_CHECKING:
     from rig.export.exported import Exported, ExportedGeometry
@@ -29,7 +29,7 @@ def export(
         ),
     ],
     *,
-    target: Annotated[str, choice_of("--format", tuple(FORMATS), "Whose format.")],
+    target: Annotated[str, choice_of("--format", written_formats(), "Whose format.")],
     out: Annotated[
         Path | None,
         typer.Option(
@@ -144,6 +144,7 @@ def export(
     except ConfigError as error:
         raise typer.BadParameter(str(error)) from error
     exported = export_stored(exporter, number, out, database)
+    _warn_of_weak(number, exported)
     if as_json:
         show_json(_as_dict(number, target, exported))
     else:
@@ -179,6 +180,18 @@ def _export_capture(
     tell_next("export", as_json=as_json)
 
 
+def _warn_of_weak(number: int, exported: "Exported") -> None:
+    from rig.export.exported import ExportedGeometry
+
+    if isinstance(exported, ExportedGeometry) and exported.weak is not None:
+        also = (
+            "the files say so in a comment"
+            if exported.tells_weak
+            else "this format cannot say so, tell whoever gets it"
+        )
+        tell(f"rig: calibration {number} is {exported.weak}; {also}")
+
+
 def _as_dict(number: int, target: str, exported: "Exported") -> dict[str, object]:
     from rig.export.exported import ExportedDepth, ExportedSamples
 
@@ -200,6 +213,7 @@ def _geometry_as_dict(exported: "ExportedGeometry") -> dict[str, object]:
             for view, refit in exported.refits.items()
         },
         "backup": None if exported.backup is None else str(exported.backup),
+        "weak": exported.weak,
     }
 
 

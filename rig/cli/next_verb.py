@@ -17,6 +17,7 @@ NEXT: dict[str, str] = {
     "calibrate": "rig sweep {profile}; without a stage rig capture {profile}",
     "calibrate, weak": "do what the verdict says, then rig calibrate {profile} again",
     "import": "rig check {profile}, which says whether it fits the cameras of today",
+    "import, weak": "rig calibrate {profile}, or do what the verdict says where it was made",
     "sweep": "rig capture {profile}",
     "sweep, dry run": "rig sweep {profile}, without --dry-run",
     "sweep, gate": "rig report {sweep} shows where; then rig check {profile}",

@@ -15,7 +15,6 @@ from typing import cast
 
 import numpy as np
 
-from rig.bounded_text import read_text
 from rig.errors import FormatError
 from rig.export import fields
 from rig.files import write_bytes
@@ -29,7 +28,6 @@ _PERSPECTIVE, _FISHEYE = 0, 1
 _MM_PER_UNIT = {0: 1000.0, 1: 10.0, 2: 1.0}
 """By `lengthUnit`: metre, centimetre, millimetre."""
 _COEFFICIENTS = 14
-_MOST_BYTES = 1_000_000
 _VERSION = 7
 
 
@@ -55,7 +53,9 @@ def write(
     numbers = [_socket((sockets or {}).get(name, name), name) for name in geometry.names]
     if len(set(numbers)) != len(numbers):
         raise FormatError("two views have the same socket", advice="name one socket per view")
-    content: dict[str, object] = dict(_read(device)) if device is not None else _EMPTY.copy()
+    content: dict[str, object] = (
+        dict(fields.read_json(device)) if device is not None else _EMPTY.copy()
+    )
     reference = numbers[geometry.reference]
     content["cameraData"] = [
         [
@@ -91,7 +91,7 @@ def read(path: Path) -> RigGeometry:
     """
     cameras: dict[int, CameraModel] = {}
     steps: dict[int, tuple[int, Pose]] = {}
-    entries = _read(path).get("cameraData")
+    entries = fields.read_json(path).get("cameraData")
     if not isinstance(entries, list):
         raise FormatError(
             f"{path}: has no list cameraData", advice="give a DepthAI calibration JSON"
@@ -122,14 +122,6 @@ def read(path: Path) -> RigGeometry:
         tuple(cameras[number] for number in order),
         tuple(poses[number] for number in order),
     )
-
-
-def _read(path: Path) -> fields.Fields:
-    try:
-        content = json.loads(read_text(path, _MOST_BYTES))
-    except (ValueError, RecursionError) as error:
-        raise FormatError(f"{path}: is no JSON: {error}") from error
-    return fields.mapping(content, str(path))
 
 
 def _socket(socket: str, view: str) -> int:

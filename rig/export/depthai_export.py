@@ -11,6 +11,7 @@ from rig.errors import ConfigError
 from rig.export import depthai
 from rig.export.exported import ExportedGeometry
 from rig.export.geometry_format import GeometryExport, GeometryFormat, export_geometry
+from rig.export.verdict import weakness
 from rig.geometry.rig_geometry import RigGeometry
 from rig.hardware.opening import oak_eeprom
 from rig.stored import stored_rig
@@ -30,6 +31,7 @@ class DepthaiExport(GeometryExport):
         ("none", "brown5", "brown8", "fisheye"),
         depthai.write,
         depthai.read,
+        mm_per_unit=None,
     )
 
     socket: Mapping[str, str] = field(default_factory=dict[str, str])
@@ -64,17 +66,18 @@ class DepthaiExport(GeometryExport):
         """
         geometry = stored_rig(store, number).geometry
         folder = self.folder(number, out)
+        weak = weakness(store.calibration(number).quality)
         if self.backup is None:
-            return self._write(geometry, folder, self.device_json)
+            return self._write(geometry, folder, self.device_json, weak)
         with oak_eeprom(self.device) as eeprom:
             eeprom.save(self.backup)
-            exported = self._write(geometry, folder, self.backup)
+            exported = self._write(geometry, folder, self.backup, weak)
             content = json.loads(exported.path.read_text(encoding="utf-8"))
             eeprom.flash(content, self.backup, may_flash=True)
         return replace(exported, backup=self.backup)
 
     def _write(
-        self, geometry: RigGeometry, folder: Path, device_json: Path | None
+        self, geometry: RigGeometry, folder: Path, device_json: Path | None, weak: str | None
     ) -> ExportedGeometry:
         return export_geometry(
             geometry,
@@ -83,4 +86,5 @@ class DepthaiExport(GeometryExport):
             may_refit=self.refit,
             write=partial(depthai.write, sockets=self.socket, device=device_json),
             read_names=self.socket,
+            weak=weak,
         )

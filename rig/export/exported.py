@@ -18,6 +18,10 @@ class ExportedGeometry:
     """By view: lenses that were replaced by the nearest that the format can hold."""
     backup: Path | None = None
     """What a device held before it got this calibration; None where none did."""
+    weak: str | None = None
+    """Verdict of a weak calibration; None for a good one."""
+    tells_weak: bool = False
+    """Whether the format has comments, in which a weak one's verdict stands."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,5 +1,6 @@
 """Takes numbers out of what a file held, and says which are missing or odd."""
 
+import json
 import reprlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -7,6 +8,7 @@ from typing import cast
 
 import numpy as np
 import yaml
+from scipy.spatial.transform import Rotation
 
 from rig.arrays import Float
 from rig.bounded_text import read_text
@@ -18,8 +20,14 @@ from rig.geometry.pose import Pose
 
 Fields = Mapping[str, object]
 
+MOST_JSON_BYTES = 1_000_000
 _LARGEST = 1e300
 """Whole numbers know no bound; beyond this they are no numbers of a camera."""
+_MOST_SKEW_PX = 1e-6
+"""A camera here has none; what is less is rounding."""
+_MOST_TURN_RAD = 1e3
+"""Of a Rodrigues vector; half a turn is the most that one needs."""
+_FARTHEST_MM = 1e9
 _MOST_TILT = 1e-5
 """Files hold rounded rotations; further off than this they are none."""
 
@@ -41,6 +49,24 @@ def read_yaml(path: Path, loader: type[BoundedLoader] = BoundedLoader) -> Fields
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         line = " ".join(str(error).split())
         raise FormatError(f"{path}: is no YAML: {line}") from error
+    return mapping(content, str(path))
+
+
+def read_json(path: Path, most: int = MOST_JSON_BYTES) -> Fields:
+    """Return the top-level mapping of a JSON file.
+
+    Args:
+        path: file to read.
+        most: bytes that any such file has.
+
+    Raises:
+        StoreError: it cannot be read.
+        FormatError: it is no JSON mapping.
+    """
+    try:
+        content = json.loads(read_text(path, most).lstrip("\ufeff"))
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{path}: is no JSON: {error}") from error
     return mapping(content, str(path))
 
 
@@ -87,6 +113,25 @@ def four(value: object, where: str) -> tuple[float, float, float, float]:
     return fx_px, fy_px, cx_px, cy_px
 
 
+def of_matrix(matrix: Float) -> tuple[float, float, float, float]:
+    """Return fx, fy, cx, cy of a (3, 3) camera matrix."""
+    return float(matrix[0, 0]), float(matrix[1, 1]), float(matrix[0, 2]), float(matrix[1, 2])
+
+
+def require_no_skew(matrix: Float, where: str) -> None:
+    """Refuse a (3, 3) camera matrix that a camera of four numbers cannot be.
+
+    Raises:
+        FormatError: it has a skew, or its last row is not 0, 0, 1.
+    """
+    rest = [matrix[0, 1], matrix[1, 0], *matrix[2, :2], matrix[2, 2] - 1.0]
+    if not float(np.abs(rest).max()) < _MOST_SKEW_PX:
+        raise FormatError(
+            f"{where}: is {matrix.tolist()}, expected fx, 0, cx; 0, fy, cy; 0, 0, 1",
+            advice="calibrate again with pixels that are not skewed",
+        )
+
+
 def number(value: object, where: str) -> float:
     """Return one finite number."""
     return numbers([value], where)[0]
@@ -114,7 +159,7 @@ def pose(rotation: Float, translation_mm: Sequence[float], where: str) -> Pose:
     """Return a pose; a rotation that a file has rounded is made exact again.
 
     Raises:
-        FormatError: it is no rotation.
+        FormatError: it is no rotation, or goes further than any camera stands.
     """
     try:
         u, _, vt = np.linalg.svd(rotation)
@@ -124,7 +169,43 @@ def pose(rotation: Float, translation_mm: Sequence[float], where: str) -> Pose:
     off = float(np.abs(nearest - rotation).max())
     if not off < _MOST_TILT or np.linalg.det(nearest) < 0:
         raise FormatError(f"{where}: is no rotation, it is {off:.2g} away from the nearest one")
-    return Pose(nearest if off > 1e-15 else rotation, np.array(translation_mm, np.float64))
+    return Pose(nearest if off > 1e-15 else rotation, _within_reach(translation_mm, where))
+
+
+def turned(vector_rad: Sequence[float], translation_mm: Sequence[float], where: str) -> Pose:
+    """Return the pose of a Rodrigues vector.
+
+    Raises:
+        FormatError: it turns about thousands of times, or goes further than any camera stands.
+    """
+    if not max(map(abs, vector_rad)) < _MOST_TURN_RAD:
+        raise FormatError(
+            f"{where}: is no Rodrigues vector in rad, found {max(map(abs, vector_rad)):g}"
+        )
+    moved_mm = _within_reach(translation_mm, where)
+    return Pose.from_vectors(np.array(vector_rad), moved_mm)
+
+
+def quaternion(xyzw: Sequence[float], translation_mm: Sequence[float], where: str) -> Pose:
+    """Return the pose of a quaternion, whose length may be rounded.
+
+    Raises:
+        FormatError: it is none, or goes further than any camera stands.
+    """
+    length = float(np.linalg.norm(xyzw))
+    if not 0.99 < length < 1.01:
+        raise FormatError(f"{where}: its quaternion has length {length:g}, expected 1")
+    rotation = Rotation.from_quat(xyzw).as_matrix()
+    return Pose(rotation, _within_reach(translation_mm, where))
+
+
+def _within_reach(translation_mm: Sequence[float], where: str) -> Float:
+    farthest_mm = max(map(abs, translation_mm))
+    if not farthest_mm < _FARTHEST_MM:
+        raise FormatError(
+            f"{where}: stands {farthest_mm / 1e3:.3g} m away, no camera of a rig does"
+        )
+    return np.array(translation_mm, np.float64)
 
 
 def camera(

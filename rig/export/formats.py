@@ -74,19 +74,30 @@ class Format:
     """`module:class` below `rig.export`: writes what has a number; empty where nothing has."""
     capture: str = ""
     """`module:class` below `rig.export`: writes captures; empty where the format holds none."""
+    reader: str = ""
+    """`module:name` below `rig.export`: how a geometry is read, where nothing here writes it."""
 
     def load(self) -> type[Exporter]:
         """Import what writes a number of the store.
 
         Raises:
-            ConfigError: the format holds captures only.
+            ConfigError: the format holds captures only, or is only read.
         """
+        if self.reader:
+            raise ConfigError(
+                f"--format {self.name} is only read here, asked to write it",
+                advice=f"those that are written are {', '.join(written_formats())}",
+            )
         if not self.exporter:
             raise ConfigError(
                 f"--format {self.name} holds captures, asked to write what has a number",
                 advice="give the folder of `rig capture --out` instead of a number",
             )
         return cast("type[Exporter]", _loaded(self.exporter))
+
+    def load_reader(self) -> object:
+        """Import the `GeometryFormat` of a calibration's format."""
+        return _loaded(self.reader) if self.reader else self.load().format
 
     def load_capture(self) -> type[CaptureExporter]:
         """Import what writes captures.
@@ -112,6 +123,9 @@ FORMATS: Mapping[str, Format] = {
         Format("depthai", "geometry", "depthai_export:DepthaiExport"),
         Format("mrcal", "geometry", "mrcal:MrcalExport"),
         Format("colmap", "geometry", "colmap:ColmapExport"),
+        Format("anipose", "geometry", "anipose:AniposeExport"),
+        Format("caliscope", "geometry", reader="caliscope:FORMAT"),
+        Format("zed", "geometry", reader="zed:FORMAT"),
         Format("csv", "samples", "samples:CsvExport"),
         Format("parquet", "samples", "parquet:ParquetExport"),
         Format("ply", "depth", "ply:PlyExport", capture="ply:CapturePly"),
@@ -126,6 +140,11 @@ FORMATS: Mapping[str, Format] = {
 def formats_of(kind: Kind) -> tuple[str, ...]:
     """Return the names of the formats of a kind."""
     return tuple(entry.name for entry in FORMATS.values() if entry.kind == kind)
+
+
+def written_formats() -> tuple[str, ...]:
+    """Return the names of the formats that are written; the others are only read."""
+    return tuple(entry.name for entry in FORMATS.values() if entry.exporter or entry.capture)
 
 
 def capture_formats() -> tuple[str, ...]:

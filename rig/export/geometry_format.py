@@ -1,15 +1,16 @@
 """What is common to the formats that hold a rig's geometry: written, read back, compared."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, cast
 
 from rig.errors import ConfigError, FormatError, StoreError
 from rig.export.agreement import aligned, largest_gap_px
 from rig.export.exported import ExportedGeometry
 from rig.export.formats import format_named, formats_of
 from rig.export.lens_change import Narrow, Refit, exact_lens, refit
+from rig.export.verdict import weakness, write_weakness
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.rig_geometry import RigGeometry
 from rig.stored import stored_rig
@@ -32,9 +33,13 @@ class GeometryFormat:
     """File that is made in the output folder; empty where it is the whole folder."""
     holds: tuple[Narrow, ...]
     """Lens models that it can hold."""
-    write: Callable[[RigGeometry, Path], None]
-    """Takes the geometry and the file or folder to write."""
+    write: Callable[[RigGeometry, Path], None] | None
+    """Takes the geometry and the file or folder to write; None for one that is only read."""
     read: Callable[[Path], RigGeometry]
+    mm_per_unit: float | None = 1000.0
+    """Of its lengths, or as they are taken; None where every file tells."""
+    comments: tuple[str, ...] = ()
+    """Files that take a comment, `{view}` for each view; none where a format has no comments."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +57,12 @@ class GeometryExport:
 
     def export(self, store: "Store", number: int, out: Path | None) -> ExportedGeometry:
         """See `Exporter.export`."""
-        geometry = stored_rig(store, number).geometry
         return export_geometry(
-            geometry, self.format, self.folder(number, out), may_refit=self.refit
+            stored_rig(store, number).geometry,
+            self.format,
+            self.folder(number, out),
+            may_refit=self.refit,
+            weak=weakness(store.calibration(number).quality),
         )
 
 
@@ -64,13 +72,13 @@ def geometry_format(name: str) -> GeometryFormat:
     Raises:
         ConfigError: there is no such format, or it holds something else.
     """
-    exporter = format_named(name).load()
-    if not issubclass(exporter, GeometryExport):
+    entry = format_named(name)
+    if entry.kind != "geometry":
         raise ConfigError(
             f"format {name} asked for a calibration",
             advice=f"those that hold one are {', '.join(formats_of('geometry'))}",
         )
-    return exporter.format
+    return cast("GeometryFormat", entry.load_reader())
 
 
 def export_geometry(
@@ -81,6 +89,7 @@ def export_geometry(
     may_refit: bool = False,
     write: Callable[[RigGeometry, Path], None] | None = None,
     read_names: Mapping[str, str] | None = None,
+    weak: str | None = None,
 ) -> ExportedGeometry:
     """Write a geometry, read it back, and compare where both put points.
 
@@ -91,6 +100,7 @@ def export_geometry(
         may_refit: whether a lens that the format cannot hold may be replaced by the nearest.
         write: the format's writer with its options set, where it has some.
         read_names: by view: what the format calls it, where that differs.
+        weak: verdict of a weak calibration, written as a comment where the format takes one.
 
     Raises:
         FormatError: the format cannot hold a lens, or what was read back is not what was written.
@@ -110,7 +120,12 @@ def export_geometry(
         covariance=None if refits else geometry.covariance,
     )
     path = folder / target.path if target.path else folder
-    (write or target.write)(written, path)
+    writer = write or target.write
+    if writer is None:
+        raise ConfigError(f"format {target.name} asked to be written, it is only read")
+    writer(written, path)
+    if weak is not None:
+        write_weakness(_commented(target, written, folder), weak)
     names = [(read_names or {}).get(name, name) for name in written.names]
     back = aligned(target.read(path), names, names[written.reference])
     gap_px = largest_gap_px(written, back)
@@ -119,7 +134,13 @@ def export_geometry(
             f"{path}: read back, points lie {gap_px:.2g} px from where they should (allowed "
             f"{AGREEMENT_PX:g} px); do not use this file, and report it"
         )
-    return ExportedGeometry(path, gap_px, refits)
+    return ExportedGeometry(path, gap_px, refits, weak=weak, tells_weak=bool(target.comments))
+
+
+def _commented(target: GeometryFormat, geometry: RigGeometry, folder: Path) -> Iterator[Path]:
+    """The files of an export that take a comment."""
+    named = (name.format(view=view) for name in target.comments for view in geometry.names)
+    return (folder / name for name in dict.fromkeys(named) if (folder / name).exists())
 
 
 def _refits(geometry: RigGeometry, target: GeometryFormat) -> dict[str, Refit]:

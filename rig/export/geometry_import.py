@@ -1,17 +1,71 @@
 """Another tool's calibration as that of a rig: its views, matched to the profile's."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
 
-from rig.errors import FormatError
+from rig.errors import FormatError, StoreError
 from rig.export.agreement import aligned
+from rig.export.common_frame import seen_from_one
+from rig.export.geometry_format import geometry_format
+from rig.export.recognise import recognise
+from rig.export.verdict import read_weakness
 from rig.geometry.rig_geometry import RigGeometry
 from rig.profile import Profile
+
+
+@dataclass(frozen=True, slots=True)
+class Foreign:
+    """Another tool's calibration, as it was read."""
+
+    source: str
+    """Name of its format."""
+    geometry: RigGeometry
+    mm_per_unit: float | None
+    """Of its lengths, as they were read; None where the file tells."""
+    weak: str | None
+    """Verdict that the file carries, of a calibration that was weak when it was exported."""
+
+
+def read_foreign(path: Path, source: str | None = None) -> Foreign:
+    """Read another tool's calibration.
+
+    Args:
+        path: file or folder.
+        source: name of its format; None finds it by what the file holds.
+
+    Raises:
+        ConfigError: there is no such format of calibrations.
+        FormatError: it is of no known format, or of another than was said, or damaged.
+        StoreError: it cannot be read.
+    """
+    found = geometry_format(recognise(path) if source is None else source)
+    try:
+        geometry = found.read(path)
+    except (FormatError, StoreError) as error:
+        other = None if source is None else _recognised(path)
+        if other is None or other == source:
+            raise
+        raise FormatError(
+            f"{path}: asked to read it as {source}, found {other} ({error.found})",
+            advice=f"give --format {other}, or leave --format out",
+        ) from error
+    return Foreign(found.name, geometry, found.mm_per_unit, read_weakness(path, found.comments))
+
+
+def _recognised(path: Path) -> str | None:
+    try:
+        return recognise(path)
+    except (FormatError, StoreError):
+        return None
 
 
 def match_views(
     geometry: RigGeometry, profile: Profile, view_of: Mapping[str, str] | None = None
 ) -> RigGeometry:
     """Return the geometry in the order of the profile's views, seen from its reference.
+
+    Where `view_of` names every view of the profile, other cameras of the file are left behind.
 
     Args:
         geometry: as another tool's file told it.
@@ -23,6 +77,8 @@ def match_views(
     """
     names = tuple(view.name for view in profile.views)
     renamed = dict(view_of or {})
+    if not renamed and len(names) == len(geometry.names) == 1:
+        renamed = {geometry.names[0]: names[0]}  # no other can be meant
     unknown = sorted(set(renamed) - set(geometry.names))
     if unknown:
         raise FormatError(
@@ -30,13 +86,16 @@ def match_views(
             f"the file's cameras are {', '.join(geometry.names)}",
             advice="name these",
         )
+    if sorted(renamed.values()) == sorted(names):
+        geometry = _only(geometry, list(renamed))
     called = tuple(renamed.get(name, name) for name in geometry.names)
     if sorted(called) != sorted(names):
         example = f"--view {geometry.names[0]}={names[0]}"
         raise FormatError(
             f"the file's cameras are {', '.join(called)}, the views of {profile.name} are "
             f"{', '.join(names)}",
-            advice=f"say which is which, e.g. {example}",
+            advice=f"say which is which, e.g. {example}; with one --view per view of the profile "
+            "other cameras are left out",
         )
     relabelled = RigGeometry(
         called,
@@ -47,3 +106,15 @@ def match_views(
         geometry.stage,
     )
     return aligned(relabelled, names, names[profile.reference])
+
+
+def _only(geometry: RigGeometry, chosen: list[str]) -> RigGeometry:
+    """Some cameras of a geometry, as the first of them sees them."""
+    if sorted(chosen) == sorted(geometry.names):
+        return geometry
+    at = [geometry.names.index(name) for name in chosen]
+    return seen_from_one(
+        chosen,
+        [geometry.cameras[i] for i in at],
+        [geometry.cam_from_reference[i] for i in at],
+    )

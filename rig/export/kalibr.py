@@ -147,5 +147,11 @@ class KalibrExport(GeometryExport):
     """Writes a calibration for Kalibr camchain."""
 
     format: ClassVar = GeometryFormat(
-        "kalibr", "Kalibr camchain", "camchain.yaml", ("none", "brown4", "fisheye"), write, read
+        "kalibr",
+        "Kalibr camchain",
+        "camchain.yaml",
+        ("none", "brown4", "fisheye"),
+        write,
+        read,
+        comments=("camchain.yaml",),
     )

@@ -2,21 +2,22 @@
 
 Lengths in m; `extrinsics` is `rt_fromref`, a Rodrigues vector and a translation that take points of
 the common reference frame into the camera. Lens models LENSMODEL_PINHOLE, OPENCV4, OPENCV5,
-OPENCV8. Format: mrcal documentation, "cameramodel file formats".
+OPENCV8, and OPENCV12 without thin prism. Format: mrcal documentation, "cameramodel file formats".
 """
 
 import ast
+import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-import numpy as np
-
 from rig.bounded_text import read_text
 from rig.errors import FormatError
 from rig.export import fields
+from rig.export.common_frame import seen_from_one
 from rig.export.geometry_format import GeometryExport, GeometryFormat
+from rig.export.opencv_lens import opencv_lens
 from rig.files import write_bytes
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import LensModel
@@ -27,6 +28,9 @@ SUFFIX = ".cameramodel"
 
 _MOST_ENTRIES = 20_000
 """A splined model has some thousands."""
+_MOST_BYTES = 16_000_000
+"""Most of it what the model was solved from, as one literal of bytes."""
+_BYTES = re.compile(r"b'[^'\\\n]*'")
 _MODEL_OF: dict[LensModel, str] = {
     "none": "LENSMODEL_PINHOLE",
     "brown5": "LENSMODEL_OPENCV5",
@@ -37,6 +41,7 @@ _LENSES: dict[str, tuple[LensModel, int]] = {
     "LENSMODEL_OPENCV4": ("brown5", 4),
     "LENSMODEL_OPENCV5": ("brown5", 5),
     "LENSMODEL_OPENCV8": ("brown8", 8),
+    "LENSMODEL_OPENCV12": ("brown8", 12),
 }
 
 
@@ -74,7 +79,7 @@ def write(geometry: RigGeometry, folder: Path) -> None:
 
 
 def read(folder: Path) -> RigGeometry:
-    """Read all `*.cameramodel` of a folder; views are called after their files.
+    """Read all `*.cameramodel` of a folder, or one file; views are called after their files.
 
     The first view at the reference frame's origin is the reference, else the first by name.
 
@@ -82,37 +87,22 @@ def read(folder: Path) -> RigGeometry:
         FormatError: there is none, or one is not as it should be.
         StoreError: a file cannot be read.
     """
-    paths = sorted(folder.glob(f"*{SUFFIX}"))
+    paths = [folder] if folder.is_file() else sorted(folder.glob(f"*{SUFFIX}"))
     if not paths:
         raise FormatError(
             f"{folder}: holds no *{SUFFIX}", advice="give the folder with one per view"
         )
     read_all = [_read_one(path) for path in paths]
-    poses = [pose for _, pose in read_all]
-    reference = next(
-        (
-            i
-            for i, pose in enumerate(poses)
-            if float(np.abs(pose.translation_mm).max()) < 1e-9
-            and float(np.abs(pose.rotation - np.eye(3)).max()) < 1e-9
-        ),
-        0,
-    )
-    world_from_reference = poses[reference].inverse()
-    return RigGeometry(
-        tuple(path.stem for path in paths),
-        reference,
-        tuple(camera for camera, _ in read_all),
-        tuple(
-            Pose.identity() if i == reference else pose @ world_from_reference
-            for i, pose in enumerate(poses)
-        ),
+    return seen_from_one(
+        [path.name.removesuffix(SUFFIX) for path in paths],
+        [camera for camera, _ in read_all],
+        [pose for _, pose in read_all],
     )
 
 
 def _read_one(path: Path) -> tuple[CameraModel, Pose]:
     where = str(path)
-    text = read_text(path).strip()
+    text = _BYTES.sub("b''", read_text(path, _MOST_BYTES)).strip()
     if text.count(",") > _MOST_ENTRIES:  # the parser takes half a kilobyte for each
         raise FormatError(f"{path}: has more than {_MOST_ENTRIES} entries, no camera model has")
     try:
@@ -128,26 +118,31 @@ def _read_one(path: Path) -> tuple[CameraModel, Pose]:
         RecursionError,
     ) as error:
         raise FormatError(
-            f"{path}: is no mrcal camera model ({error.__class__.__name__})"
+            f"{path}: is no mrcal camera model ({error.__class__.__name__})",
+            advice="give a .cameramodel file as mrcal wrote it; it converts others with "
+            "mrcal-to-cameramodel",
         ) from error
     entry = fields.mapping(content, where)
     model = fields.text(entry, "lensmodel", where)
     if model not in _LENSES:
         raise FormatError(
             f"{path}: lens model {model} is not known here",
-            advice=f"convert it to one of {', '.join(_LENSES)} with mrcal-convert-lensmodel",
+            advice=f"convert it: mrcal-convert-lensmodel LENSMODEL_OPENCV8 {path.name}; read are "
+            f"{', '.join(_LENSES)}",
         )
     lens, count = _LENSES[model]
     numbers = fields.numbers(
         fields.field(entry, "intrinsics", where), f"{where} intrinsics", count=4 + count
     )
-    coefficients = numbers[4:] + ([0.0] if model == "LENSMODEL_OPENCV4" else [])
+    coefficients = numbers[4:]
+    if count:
+        lens, coefficients = opencv_lens(coefficients, f"{where} {model}")
     size = fields.numbers(fields.field(entry, "imagersize", where), where, count=2)
     width, height = (fields.size_px(n, f"{where} imagersize") for n in size)
     # Newer versions call the same numbers rt_cam_ref.
     key = "extrinsics" if "extrinsics" in entry else "rt_cam_ref"
     rt = fields.numbers(fields.field(entry, key, where), f"{where} {key}", count=6)
-    pose = Pose.from_vectors(np.array(rt[:3]), 1000.0 * np.array(rt[3:]))
+    pose = fields.turned(rt[:3], [1000.0 * length for length in rt[3:]], f"{where} {key}")
     return fields.camera(
         (width, height), fields.four(numbers[:4], where), lens, coefficients, where
     ), pose
@@ -158,5 +153,11 @@ class MrcalExport(GeometryExport):
     """Writes a calibration for mrcal camera models."""
 
     format: ClassVar = GeometryFormat(
-        "mrcal", "mrcal camera models", "", ("none", "brown5", "brown8"), write, read
+        "mrcal",
+        "mrcal camera models",
+        "",
+        ("none", "brown5", "brown8"),
+        write,
+        read,
+        comments=(f"{{view}}{SUFFIX}",),
     )

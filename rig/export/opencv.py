@@ -2,13 +2,11 @@
 
 Lengths in mm. `views` holds per view its name, picture size, camera matrix, distortion (OpenCV's
 order) and model, and the rotation and translation that take points of the reference frame into the
-camera. A folder with `intrinsics.yml` (M1, D1, M2, D2) and `extrinsics.yml` (R, T), as the stereo
-calibration sample of OpenCV writes them, is read as a pair.
+camera. What others write is read by `rig.export.opencv_found`.
 
 OpenCV writes the files; reading is done here, because OpenCV's own parser can hang on damaged ones.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, cast
@@ -18,10 +16,20 @@ import numpy as np
 import yaml
 
 from rig.arrays import Float
+from rig.bounded_text import read_text
 from rig.errors import FormatError
 from rig.export import fields
 from rig.export.bounded_yaml import BoundedLoader
 from rig.export.geometry_format import GeometryExport, GeometryFormat
+from rig.export.opencv_found import (
+    array,
+    flat,
+    holds_one,
+    holds_pair,
+    holds_place,
+    one_of,
+    pair_of,
+)
 from rig.export.opencv_xml import read_xml
 from rig.files import write_bytes
 from rig.geometry.camera_model import CameraModel
@@ -61,22 +69,58 @@ def write(geometry: RigGeometry, folder: Path) -> None:
         _write_sample(geometry, folder)
 
 
-def read(folder: Path) -> RigGeometry:
-    """Read `rig.yml` of a folder, or the two files of OpenCV's stereo sample; YAML or XML.
+def read(path: Path) -> RigGeometry:
+    """Read what this writes, or what OpenCV's samples and other people write; YAML, XML or JSON.
 
-    The sample's files do not tell the picture size; it is taken as twice the principal point.
+    Args:
+        path: a file, or the folder of `rig.yml` or of the stereo sample's two files.
 
     Raises:
         FormatError: a field is missing or odd, or one of the two files is missing.
         StoreError: a file cannot be read.
     """
-    path = _present(folder, FILE)
-    if path is None:
-        sample = [_present(folder, name) for name in _SAMPLE]
-        if any(sample):
-            return _read_sample(folder, sample)
-        path = folder / FILE
+    if path.is_dir():
+        sample = [_present(path, name) for name in _SAMPLE]
+        path = next(
+            (file for file in (_present(path, FILE), *sample) if file is not None), path / FILE
+        )
     root = _read(path)
+    if "views" in root:
+        return _rig_of(root, path)
+    if holds_pair(root):
+        other = path if holds_place(root) else _beside(path, _SAMPLE)
+        return pair_of(root, root if other == path else _read(other), path, other)
+    if holds_place(root):
+        other = _beside(path, _SAMPLE[::-1])
+        return pair_of(_read(other), root, other, path)
+    if holds_one(root):
+        return one_of(root, path)
+    there = ", ".join(str(key)[:40] for key in list(root)[:8]) or "nothing"
+    raise FormatError(
+        f"{path}: holds {there}, but no cameras",
+        advice="expected M1, D1, M2, D2 with R and T beside, or camera_matrix and "
+        "distortion_coefficients, written by cv2.FileStorage",
+    )
+
+
+def _beside(path: Path, names: tuple[str, str]) -> Path:
+    """The other file of the stereo sample.
+
+    Raises:
+        FormatError: it is missing.
+    """
+    missing = names[1]
+    found = _present(path.parent, missing)
+    if found is None:
+        needed = "where the cameras stand" if missing == _SAMPLE[1] else "what the cameras are"
+        raise FormatError(
+            f"{path.parent}: holds {path.name} without {missing}, which says {needed}",
+            advice=f"put {missing} of the same stereo calibration beside it",
+        )
+    return found
+
+
+def _rig_of(root: fields.Fields, path: Path) -> RigGeometry:
     reference = fields.text(root, "reference", str(path))
     views = fields.field(root, "views", str(path))
     if not isinstance(views, list) or not views:
@@ -89,8 +133,8 @@ def read(folder: Path) -> RigGeometry:
         node = fields.mapping(view, where)
         names.append(fields.text(node, "name", where))
         cameras.append(_camera(node, where))
-        rotation = _array(node, "rotation", (3, 3), where)
-        translation_mm = _array(node, "translation_mm", (3, 1), where).ravel().tolist()
+        rotation = array(node, "rotation", (3, 3), where)
+        translation_mm = array(node, "translation_mm", (3, 1), where).ravel().tolist()
         poses.append(fields.pose(rotation, translation_mm, where))
     if reference not in names:
         raise FormatError(f"{path}: reference {reference} is none of {', '.join(names)}")
@@ -104,7 +148,14 @@ def _present(folder: Path, name: str) -> Path | None:
 
 
 def _read(path: Path) -> fields.Fields:
-    return read_xml(path) if path.suffix == ".xml" else fields.read_yaml(path, _Loader)
+    """The fields of a file, in the form that its first sign shows."""
+    match read_text(path).lstrip("\ufeff \t\r\n")[:1]:
+        case "<":
+            return read_xml(path)
+        case "{":
+            return fields.read_json(path)
+        case _:
+            return fields.read_yaml(path, _Loader)
 
 
 def _write_sample(geometry: RigGeometry, folder: Path) -> None:
@@ -123,38 +174,11 @@ def _write_sample(geometry: RigGeometry, folder: Path) -> None:
         write_bytes(folder / name, storage.releaseAndGetString().encode())
 
 
-def _read_sample(folder: Path, sample: Sequence[Path | None]) -> RigGeometry:
-    inner, outer = sample
-    if inner is None or outer is None:
-        there, missing = _SAMPLE if outer is None else _SAMPLE[::-1]
-        raise FormatError(
-            f"{folder}: holds {there} without {missing}, which says "
-            f"{'where the cameras stand' if outer is None else 'what the cameras are'}",
-            advice=f"put {missing} of the same stereo calibration beside it",
-        )
-    inside, outside = _read(inner), _read(outer)
-    cameras: list[CameraModel] = []
-    for number in (1, 2):
-        where = f"{inner}: camera {number}"
-        matrix = _array(inside, f"M{number}", (3, 3), where)
-        lens, coefficients = _lens(_flat(inside, f"D{number}", where), where)
-        size = tuple(fields.size_px(float(np.rint(2.0 * c)), where) for c in matrix[:2, 2])
-        cameras.append(
-            fields.camera((size[0], size[1]), _intrinsics(matrix), lens, coefficients, where)
-        )
-    where = str(outer)
-    rotation = _array(outside, "R", (3, 3), where)
-    translation = _array(outside, "T", (3, 1), where).ravel().tolist()
-    return RigGeometry(
-        ("left", "right"), 0, tuple(cameras),
-        (Pose.identity(), fields.pose(rotation, translation, where)),
-    )  # fmt: skip
-
-
 def _camera(node: fields.Fields, where: str) -> CameraModel:
-    matrix = _array(node, "camera_matrix", (3, 3), where)
+    matrix = array(node, "camera_matrix", (3, 3), where)
+    fields.require_no_skew(matrix, f"{where} camera_matrix")
     model = fields.text(node, "distortion_model", where)
-    coefficients = _flat(node, "distortion_coefficients", where)
+    coefficients = flat(node, "distortion_coefficients", where)
     lens: LensModel
     match model:
         case "none":
@@ -168,33 +192,11 @@ def _camera(node: fields.Fields, where: str) -> CameraModel:
         fields.size_px(fields.field(node, name, where), f"{where} {name}")
         for name in ("image_width", "image_height")
     )
-    return fields.camera((size[0], size[1]), _intrinsics(matrix), lens, coefficients, where)
-
-
-def _lens(flat: list[float], where: str) -> tuple[LensModel, list[float]]:
-    """Brown-Conrady lens of OpenCV's 0, 4, 5, 8 (or 12, 14 with zeros) coefficients."""
-    if any(flat[8:]):
-        raise FormatError(f"{where}: has a thin-prism or tilted lens, which is not known here")
-    wanted = flat[:8] + [0.0] * (8 - len(flat))
-    return ("brown8", wanted) if any(wanted[5:]) else ("brown5", wanted[:5])
+    return fields.camera((size[0], size[1]), fields.of_matrix(matrix), lens, coefficients, where)
 
 
 def _row(camera: CameraModel) -> Float:
     return np.array([camera.coefficients or (0.0,) * 5])
-
-
-def _intrinsics(matrix: Float) -> tuple[float, float, float, float]:
-    return float(matrix[0, 0]), float(matrix[1, 1]), float(matrix[0, 2]), float(matrix[1, 2])
-
-
-def _flat(node: fields.Fields, name: str, where: str) -> list[float]:
-    matrix = fields.mapping(fields.field(node, name, where), f"{where} {name}")
-    return fields.numbers(fields.field(matrix, "data", f"{where} {name}"), f"{where} {name}")
-
-
-def _array(node: fields.Fields, name: str, shape: tuple[int, int], where: str) -> Float:
-    flat = fields.numbers(_flat(node, name, where), f"{where} {name}", count=shape[0] * shape[1])
-    return np.array(flat).reshape(shape)
 
 
 class _Loader(BoundedLoader):
@@ -212,5 +214,12 @@ class OpencvExport(GeometryExport):
     """Writes a calibration for OpenCV FileStorage."""
 
     format: ClassVar = GeometryFormat(
-        "opencv", "OpenCV FileStorage", "", ("none", "brown5", "brown8", "fisheye"), write, read
+        "opencv",
+        "OpenCV FileStorage",
+        "",
+        ("none", "brown5", "brown8", "fisheye"),
+        write,
+        read,
+        mm_per_unit=1.0,
+        comments=(FILE, *_SAMPLE),
     )

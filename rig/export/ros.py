@@ -85,7 +85,9 @@ def read(folder: Path) -> RigGeometry:
         entry, where = fields.read_yaml(folder), str(folder)
         name = fields.text(entry, "camera_name", where)
         return RigGeometry((name,), 0, (_camera(entry, where),), (Pose.identity(),))
-    paths = sorted(path for path in folder.glob("*.yaml") if path.name != TRANSFORMS)
+    paths = sorted(
+        path for path in (*folder.glob("*.yaml"), *folder.glob("*.yml")) if path.name != TRANSFORMS
+    )
     if not paths:
         raise FormatError(
             f"{folder}: holds no camera_info *.yaml", advice="give the folder with one a view"
@@ -162,12 +164,9 @@ def _read_transforms(path: Path, names: Sequence[str]) -> tuple[int, tuple[Pose,
             for key in ("translation", "rotation")
         )
         quaternion = [fields.number(fields.field(turn, key, where), where) for key in "xyzw"]
-        if not 0.99 < float(np.linalg.norm(quaternion)) < 1.01:
-            raise FormatError(f"{where}: its quaternion must have length 1")
         moved_mm = [1000.0 * fields.number(fields.field(shift, key, where), where) for key in "xyz"]
-        rotation = Rotation.from_quat(quaternion).as_matrix()
         child = fields.text(entry, "child_frame_id", where)
-        found[child] = Pose(rotation, np.array(moved_mm)).inverse()
+        found[child] = fields.quaternion(quaternion, moved_mm, where).inverse()
     parent = parents.pop() if len(parents) == 1 else ""
     missing = [name for name in names if name not in found and name != parent]
     if parent not in names or missing:
@@ -214,5 +213,11 @@ class RosExport(GeometryExport):
     """Writes a calibration for ROS camera_info."""
 
     format: ClassVar = GeometryFormat(
-        "ros", "ROS camera_info", "", ("none", "brown5", "brown8", "fisheye"), write, read
+        "ros",
+        "ROS camera_info",
+        "",
+        ("none", "brown5", "brown8", "fisheye"),
+        write,
+        read,
+        comments=("{view}.yaml", TRANSFORMS),
     )

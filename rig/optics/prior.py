@@ -25,6 +25,9 @@ PRIOR_SIGMAS: Mapping[str, PriorSigmaConfig] = MappingProxyType(
         "kalibr": _TOOL,
         "opencv": _TOOL,
         "mrcal": _TOOL,
+        "anipose": _TOOL,
+        "caliscope": _TOOL,
+        "zed": _DEVICE,
         "colmap": PriorSigmaConfig(focal_pct=0.3, baseline_pct=1.0, turn_deg=0.02),
     }
 )

@@ -65,13 +65,14 @@ def test_images_of_colmap_are_seen_from_the_first(tmp_path: Path) -> None:
     ("camera", "images", "says"),
     [
         ("PINHOLE 640 400 500 501 320 200", ["1 1 0 0 0 0 0 0 1"], "expected 10 fields"),
-        ("PINHOLE 640 400 500 501 320 200", ["1 1 0 0 0 0 0 0 2 a.png"], "expected 10 fields"),
+        ("PINHOLE 640 400 500 501 320 200", ["1 1 0 0 0 0 0 0 2 a.png"], "camera 2 is not in cam"),
         ("PINHOLE 640 400 500 501 320 200", ["1 0.98 0 0 0 0 0 0 1 a.png"], "length 0.98"),
         ("PINHOLE 640 400 500 501 320 200", ["1 1.02 0 0 0 0 0 0 1 a.png"], "length 1.02"),
         ("PINHOLE 640 400 500 501 320 200", [], "0 images of 0 views"),
         ("PINHOLE 640 400 500 501 320 200", [AT_HOME, AT_HOME], "2 images of 1 views"),
         ("PINHOLE 640 400 500 501 320", [AT_HOME], "expected 4 numbers, found 3"),
-        ("PINHOLE 640", [AT_HOME], "camera model PINHOLE is not known"),
+        ("PINHOLE 640", [AT_HOME], "expected id, model, width, height"),
+        ("FOV 640 400 500 501 320 200 1", [AT_HOME], "camera model FOV is not known"),
         ("THIN 640 400 1", [AT_HOME], "camera model THIN is not known"),
     ],
 )

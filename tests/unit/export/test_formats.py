@@ -23,6 +23,7 @@ from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import LensModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
+from tests.support.foreign_files import caliscope, zed
 from tests.support.shared_data import SHARED
 
 FORMATS = {name: geometry_format(name) for name in formats_of("geometry")}
@@ -273,10 +274,19 @@ def test_unknown_formats_are_named() -> None:
 FILES: dict[str, str] = {
     "ros": "left.yaml", "kalibr": "camchain.yaml", "opencv": "rig.yml",
     "depthai": "calibration.json", "mrcal": "left.cameramodel", "colmap": "images.txt",
+    "anipose": "calibration.toml", "caliscope": "camera_array.toml", "zed": "SN1.conf",
 }  # fmt: skip
 
 
 JUNK = [b"", b"nan", b"-1", b"1e400", b"[", b"}", b": x", b"\n", b"\xff", b"null", b"'", b"0"]
+
+
+def written_elsewhere(name: str, geometry: RigGeometry, folder: Path) -> Path:
+    """A file of a tool that is only read here."""
+    path = folder / FILES[name]
+    text = caliscope(geometry) if name == "caliscope" else zed(geometry.cameras[0], geometry)
+    path.write_text(text)
+    return path
 
 
 def spoil(name: str, folder: Path, change: Callable[[bytes], bytes]) -> None:
@@ -286,6 +296,8 @@ def spoil(name: str, folder: Path, change: Callable[[bytes], bytes]) -> None:
     path = folder / target.path if target.path else folder
     if name == "depthai":
         depthai.write(geometry_with("brown5", coefficients), path, sockets=SOCKETS)
+    elif target.write is None:
+        path = written_elsewhere(name, geometry_with("brown5", coefficients), folder)
     else:
         target.write(geometry_with("brown5", coefficients), path)
     file = folder / FILES[name]

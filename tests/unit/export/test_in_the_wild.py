@@ -69,8 +69,15 @@ def test_one_camera_info_file_is_one_view(tmp_path: Path) -> None:
 def test_half_of_opencvs_sample_is_told_with_the_missing_file(
     tmp_path: Path, there: str, missing: str, suffix: str
 ) -> None:
-    (tmp_path / f"{there}.{suffix}").write_text("%YAML:1.0\n")
-    assert f"holds {there}.yml without {missing}.yml" in refusal("opencv", tmp_path)
+    eye = np.eye(3)
+    file = tmp_path / f"{there}.{suffix}"
+    if there == "extrinsics":
+        file.write_text(as_xml(R=eye, T=np.zeros((3, 1))))
+    else:
+        file.write_text(as_xml(M1=eye, D1=np.zeros((1, 5)), M2=eye, D2=np.zeros((1, 5))))
+    told = f"holds {there}.{suffix} without {missing}.yml"
+    assert told in refusal("opencv", tmp_path)
+    assert told in refusal("opencv", file)
 
 
 def matrix_xml(name: str, values: np.ndarray) -> str:

@@ -201,7 +201,7 @@ def test_an_option_of_another_format_is_refused_with_those_that_know_it(
 def test_every_format_of_the_table_can_be_loaded_and_is_offered() -> None:
     for name, entry in FORMATS.items():
         assert entry.name == name
-        assert entry.exporter or entry.capture
+        assert entry.exporter or entry.capture or entry.reader
         if entry.exporter:
             assert callable(entry.load().export)
         if entry.capture:
