@@ -14,6 +14,7 @@ from benchmarks.boards.trials import (
     picture,
     places,
     some_lens,
+    widths_px,
 )
 from rig.targets import CharucoBoard, Target
 from rig.targets.checkerboard import Checkerboard
@@ -26,7 +27,10 @@ def _in_view(random: Random, target: Target, low_px: float, high_px: float) -> V
     """A lens and a place at which all of a board is seen, squares so large."""
     while True:
         lens = some_lens(random, wide=random.random() < 0.3)
-        towards = (float(random.uniform(0, 0.5) * lens.across_deg / 2), float(random.uniform(0, 360)))
+        towards = (
+            float(random.uniform(0, 0.5) * lens.across_deg / 2),
+            float(random.uniform(0, 360)),
+        )
         tilt = (*random.uniform(-35, 35, 2), float(random.uniform(-180, 180)))
         side_px = float(random.uniform(low_px, high_px))
         plane = hung(towards, tuple(tilt), lens.focal_px / side_px)  # pyright: ignore
@@ -40,13 +44,11 @@ def _in_view(random: Random, target: Target, low_px: float, high_px: float) -> V
 def _usual(random: Random, target: Target) -> View:
     while True:
         view = _in_view(random, target, 14.0, 60.0)
-        if large_enough(target, narrowest_px(*view, target)):
+        if large_enough(target, widths_px(*view, target)).all():
             return view
 
 
-def _trial(
-    kind: str, target: Target, image: np.ndarray, view: View | None, *reasons: str
-) -> Trial:
+def _trial(kind: str, target: Target, image: np.ndarray, view: View | None, *reasons: str) -> Trial:
     corners = None
     if view is not None:
         corners = view[0].shown(view[1].points(places(target))).reshape(-1, 2)
@@ -85,8 +87,8 @@ def clipped(random: Random, target: Target) -> Trial:
         if 0.15 < seen.mean() < 0.85:
             break
     image = picture(random, lens, (drawn(target), plane))
-    reasons = ("clipped", "which-part", "few-corners")
-    return _trial("clipped", target, image, (lens, plane), *reasons)
+    seen = inside(lens, corners, 6.0) & large_enough(target, widths_px(lens, plane, target))
+    return _trial("clipped", target, image, (lens, plane), *_reasons_of_part(target, seen))
 
 
 def covered(random: Random, target: Target) -> Trial:
@@ -102,8 +104,21 @@ def covered(random: Random, target: Target) -> Trial:
     sheet = np.full((int(size[1] * 8), int(size[0] * 8)), random.integers(10, 250), np.uint8)
     before = Plane(plane.across, plane.down, plane.points(shift) * 0.98)
     image = picture(random, lens, (drawn(target), plane), (Drawing(sheet, 8.0 / 0.98), before))
-    reasons = ("which-part", "few-corners", "clipped", "not-found")[: 3]
-    return _trial("covered", target, image, (lens, plane), *reasons)
+    open_to = np.abs(places(target) - shift)[..., axis] > size[axis] / 2 + 0.5
+    return _trial("covered", target, image, (lens, plane), *_reasons_of_part(target, open_to))
+
+
+def _reasons_of_part(target: Target, seen: np.ndarray) -> tuple[str, ...]:
+    """Right reasons where only some corners are seen: so few as chance brings are not found."""
+    reasons = ("clipped", "which-part", "few-corners")
+    if isinstance(target, CharucoBoard):
+        return (*reasons, "not-found") if seen.sum() < 6 else reasons
+    nothing = all(
+        seen[row : row + 3, column : column + 3].sum() < 9
+        for row in range(target.rows - 2)
+        for column in range(target.columns - 2)
+    )
+    return (*reasons, "not-found") if nothing else reasons
 
 
 def small(random: Random, target: Target) -> Trial:

@@ -196,7 +196,7 @@ def markers(random: np.random.Generator) -> Image:
 TEXTURES: dict[str, Callable[[np.random.Generator], Image]] = {
     kind.__name__: kind
     for kind in (
-        clouds, tiles, keyboard, windows, books, bricks, chess, small_chess, text, dots, plaid, bits,
-        parquet, markers,
+        clouds, tiles, keyboard, windows, books, bricks, chess, small_chess, text, dots, plaid,
+        bits, parquet, markers,
     )
 }  # fmt: skip

@@ -6,27 +6,24 @@ the rest of the board is looked for corner by corner. The work is bounded by str
 resolutions, at most `MAX_SADDLES` points in each, three lattices, as many squares as they have.
 """
 
-from collections.abc import Iterator
-
 import cv2
 import numpy as np
 
 from rig.arrays import Float
+from rig.targets.candidates import candidates
 from rig.targets.charuco.board import CharucoBoard
 from rig.targets.charuco.diagnosis import check_measurable, why_not
 from rig.targets.charuco.grid_fit import CornerGrid, fit_grid, has_square
 from rig.targets.charuco.markers import Placing, place_lattice
 from rig.targets.detection import Detection
 from rig.targets.lattice import Lattice, grow_lattices
-from rig.targets.magnified import densest_part
-from rig.targets.pyramid import Image, Picture, from_level, pyramid, search_order
-from rig.targets.saddles import Saddles, find_saddles
+from rig.targets.pyramid import Image, Picture, pyramid
+from rig.targets.saddles import Saddles
 
 FEWEST_CORNERS = 6
 """Fewer do not fix the pose of the board with anything to spare."""
 
 _LEVELS = 5
-_SMOOTH_PX = 1.0
 _RING_PX = 2.6
 """Half diagonal of a margin in squares of 15 px: the ring must not reach the markers."""
 _LATTICES = 3
@@ -49,7 +46,7 @@ def find_charuco(image: Image, board: CharucoBoard) -> Detection:
     pictures = pyramid(_black_on_white(image, board), _LEVELS)
     seen: list[Lattice] = []
     most = 0
-    for level, lattice in _candidates(pictures):
+    for level, lattice in candidates(pictures, _RING_PX, _grown):
         seen.append(lattice)
         placing = place_lattice(pictures[0], lattice.xy_px, board)
         if placing is None:
@@ -58,7 +55,7 @@ def find_charuco(image: Image, board: CharucoBoard) -> Detection:
         if detection is not None and len(detection) >= FEWEST_CORNERS:
             return detection
         most = max(most, 0 if detection is None else len(detection))
-    raise why_not(image, pictures[0], board, seen, most)
+    raise why_not(image, pictures, board, seen, most)
 
 
 def _black_on_white(image: Image, board: CharucoBoard) -> Picture:
@@ -68,31 +65,7 @@ def _black_on_white(image: Image, board: CharucoBoard) -> Picture:
     return np.float32(65535 if image.dtype == np.uint16 else 255) - picture
 
 
-def _candidates(pictures: list[Picture]) -> Iterator[tuple[int, Lattice]]:
-    """Lattices in px of the picture itself, and the level that shows them.
-
-    Last comes a part of the picture at twice its size: what is small and steep there has margins
-    of a pixel, which the smoothing before a search for saddles closes.
-    """
-    crowded: Float = np.empty((0, 2))
-    for level in search_order(pictures):
-        saddles = _saddles(pictures[level])
-        if level == 0:
-            crowded = saddles.xy_px
-        for lattice in _lattices(pictures[level], saddles):
-            yield level, Lattice(from_level(lattice.xy_px, level), lattice.bright)
-    part = densest_part(pictures[0], crowded)
-    if part is not None:
-        magnified, first_px = part
-        for lattice in _lattices(magnified, _saddles(magnified)):
-            yield 0, Lattice(from_level(lattice.xy_px, -1) + first_px, lattice.bright)
-
-
-def _saddles(picture: Picture) -> Saddles:
-    return find_saddles(picture, smooth_px=_SMOOTH_PX, ring_px=_RING_PX)
-
-
-def _lattices(picture: Picture, saddles: Saddles) -> list[Lattice]:
+def _grown(saddles: Saddles, picture: Picture) -> list[Lattice]:
     lattices = grow_lattices(saddles, edges_of=picture, fewest=_FEWEST_IN_LATTICE)
     return [lattice for lattice in lattices if has_square(lattice.found)][:_LATTICES]
 
