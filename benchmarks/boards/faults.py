@@ -84,6 +84,8 @@ def clipped(random: Random, target: Target) -> Trial:
         corners = lens.shown(plane.points(places(target)))
         seen = inside(lens, corners, 0.0) & np.isfinite(corners).all(axis=-1)
         seen &= plane.points(places(target))[..., 2] > 0
+        if np.cross(plane.across, plane.down) @ moved <= 0:
+            continue  # Its back.
         if 0.15 < seen.mean() < 0.85:
             break
     image = picture(random, lens, (drawn(target), plane))
@@ -92,10 +94,10 @@ def clipped(random: Random, target: Target) -> Trial:
 
 
 def covered(random: Random, target: Target) -> Trial:
-    """A sheet of one grey level over a third to two thirds of the board."""
+    """A sheet of one grey level over a few squares up to all but a line of them."""
     lens, plane = _usual(random, target)
     half = np.array([target.columns + 1, target.rows + 1]) / 2
-    share, side = float(random.uniform(0.35, 0.7)), int(random.integers(4))
+    share, side = float(random.uniform(0.05, 0.5)), int(random.integers(4))
     size = np.array([2 * half[0] + 4, 2 * half[1] + 4])
     axis = side % 2
     size[axis] = 2 * half[axis] * share + 4

@@ -11,6 +11,8 @@ from rig.targets.pyramid import Picture, from_level, search_order
 from rig.targets.saddles import Saddles, find_saddles
 
 _SMOOTH_PX = 1.0
+_MOST_SIDE_PX = 24.0
+"""Larger squares are seen without; of them, the part may hold only some."""
 
 
 def candidates(
@@ -38,4 +40,5 @@ def candidates(
         magnified, first_px = part
         saddles = find_saddles(magnified, smooth_px=_SMOOTH_PX, ring_px=ring_px)
         for lattice in grow(saddles, magnified):
-            yield 0, Lattice(from_level(lattice.xy_px, -1) + first_px, lattice.bright)
+            if lattice.side_px < 2 * _MOST_SIDE_PX:
+                yield 0, Lattice(from_level(lattice.xy_px, -1) + first_px, lattice.bright)

@@ -27,12 +27,14 @@ _MOSTLY = 0.6
 """Share of its places that a lattice bent by a lens must have..."""
 _NEARLY_ALL = 0.9
 """...and share of three neighbours that must lie on a smooth line: corners at a border may not."""
-_IN_SQUARE = np.array([0.2, 0.4, 0.6, 0.8])
-"""Where the grey of a square is looked at, in squares: white ones may hold markers..."""
+_IN_SQUARE = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
+"""Where the grey of a square is looked at, in squares..."""
 _OF_TWO_COLOURS = 0.85
 """...and share of the squares that must be brighter or darker than the middle as their turn is."""
-_MAX_UNEVEN_GREY = 0.35
-"""Standard deviation of the grey within squares of one colour, over the step between colours."""
+_MAX_UNEVEN_GREY = 0.155
+"""Standard deviation of the grey within squares of one colour, over the step between colours: 0.137
+where blur has left a product of two sines, less where it has left more. Markers make white ones
+uneven, never black ones."""
 _DARK = 0.12
 """Brightest pixels below this share of full scale: too dark."""
 _BURNT = 0.2
@@ -70,17 +72,18 @@ def why_not(image: Image, board: Checkerboard, seen: list[Lattice]) -> TargetErr
     )
 
 
-def is_board_like(picture: Picture, lattice: Lattice) -> bool:
+def is_board_like(picture: Picture, lattice: Lattice, *, with_markers: bool = False) -> bool:
     """Whether a lattice (px of the picture) is flat or evenly bent, with squares of two colours."""
-    return _is_plane(lattice) and _is_checkered(picture, lattice)
+    return _is_plane(lattice) and _is_checkered(picture, lattice, with_markers=with_markers)
 
 
-def _is_checkered(picture: Picture, lattice: Lattice) -> bool:
+def _is_checkered(picture: Picture, lattice: Lattice, *, with_markers: bool) -> bool:
     """Whether its squares are bright and dark in turns: walls of bricks have saddles as well."""
     xy_px = lattice.xy_px
     corner = [xy_px[:-1, :-1], xy_px[:-1, 1:], xy_px[1:, :-1], xy_px[1:, 1:]]
     row, column = np.nonzero(np.isfinite(sum(corner))[..., 0])
-    if not len(row):
+    is_even = (row + column) % 2 == 0
+    if is_even.all() or not is_even.any():
         return False
     u, v = (place.ravel() for place in np.meshgrid(_IN_SQUARE, _IN_SQUARE))
     shares = ((1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v)
@@ -89,15 +92,15 @@ def _is_checkered(picture: Picture, lattice: Lattice) -> bool:
         for share, one in zip(shares, corner, strict=True)
     )
     look = bilinear(picture, np.clip(place, 0, np.array(picture.shape[::-1]) - 1))
-    grey, uneven = look.mean(axis=1), look.std(axis=1)
-    is_even = (row + column) % 2 == 0
-    if is_even.all() or not is_even.any():
-        return False
+    grey = look.mean(axis=1)
     even, odd = np.median(grey[is_even]), np.median(grey[~is_even])
     right = (grey > (even + odd) / 2) == (is_even == (even > odd))
-    smoother = min(np.median(uneven[is_even]), np.median(uneven[~is_even]))
-    is_even_grey = smoother < _MAX_UNEVEN_GREY * abs(even - odd)
-    return bool(is_even_grey and right.mean() > _OF_TWO_COLOURS)
+    # Usual grey of a square of either colour, place by place: the middle one tells the step.
+    usual = np.stack([np.median(look[which], axis=0) for which in (is_even, ~is_even)])
+    step = abs(np.subtract(*usual[:, len(u) // 2]))
+    uneven = usual.std(axis=1)
+    rougher = uneven.min() if with_markers else uneven.max()
+    return bool(right.mean() > _OF_TWO_COLOURS and rougher < _MAX_UNEVEN_GREY * step)
 
 
 def _is_plane(lattice: Lattice) -> bool:
@@ -145,7 +148,7 @@ def _count(
             advice="set the board's columns and rows to what it has, or use the other board",
             reason="wrong-count",
         )
-    if found == wanted and not _at_border(lattice.xy_px.reshape(-1, 2), shape):
+    if found == wanted and not at_border(lattice.xy_px.reshape(-1, 2), shape):
         return None
     if borders:
         return TargetError(
@@ -164,7 +167,7 @@ def _part(
     if sorted(lattice.shape) == sorted((board.rows, board.columns)):
         return None
     across = _across(lattice)
-    if lattice.found.mean() > _MOSTLY and all(ended_sides(picture, lattice)):
+    if all(ended_sides(picture, lattice)):
         return TargetError(
             f"{asked}, found one of {across} inner corners",
             advice=f"set columns and rows to {across}, or use the other board",
@@ -197,10 +200,10 @@ def _touched(lattice: Lattice, shape: tuple[int, ...]) -> list[str]:
             )
         ]
     )
-    return _at_border(beyond, shape)
+    return at_border(beyond, shape)
 
 
-def _at_border(xy_px: NDArray[np.float64], shape: tuple[int, ...]) -> list[str]:
+def at_border(xy_px: NDArray[np.float64], shape: tuple[int, ...]) -> list[str]:
     """Borders of the picture that some of (N, 2) points, NaN left out, touch or cross."""
     x, y = xy_px[np.isfinite(xy_px[:, 0])].T
     outside = {

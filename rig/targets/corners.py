@@ -14,11 +14,16 @@ from rig.arrays import Float
 from rig.errors import TargetError
 from rig.targets.candidates import candidates
 from rig.targets.checkerboard import Checkerboard
-from rig.targets.checkerboard_diagnosis import MAX_BLUR_RATIO, MIN_SIDE_PX, why_not
+from rig.targets.checkerboard_diagnosis import (
+    MAX_BLUR_RATIO,
+    MIN_SIDE_PX,
+    at_border,
+    why_not,
+)
 from rig.targets.corner_fit import CrossingFit, fit_crossings
 from rig.targets.lattice import RING_PX, Lattice, cut_to_size, plain_lattices
-from rig.targets.outline import ended_sides
-from rig.targets.placing import black_first, completed, is_certain, places_on, turns
+from rig.targets.outline import ended_sides, goes_on
+from rig.targets.placing import black_first, certain_place, completed, turns
 from rig.targets.pyramid import Image, at_level, from_level, pyramid
 from rig.targets.smooth_lines import smooth_triples
 
@@ -78,15 +83,19 @@ def find_corners(image: Image, board: Checkerboard) -> Corners:
             too-small, clipped, which-part, over-exposed, under-exposed, not-found.
     """
     corners = find_board(image, board)
-    seen = int(np.isfinite(corners.xy_px[..., 0]).sum())
-    if seen < board.rows * board.columns:
-        raise TargetError(
-            f"all inner corners of a {board} board asked for, found {seen} of "
-            f"{board.rows * board.columns}",
-            advice="uncover the board, and avoid glare, until all of it is in view",
-            reason="clipped",
-        )
-    return corners
+    found = np.isfinite(corners.xy_px[..., 0])
+    if found.all():
+        return corners
+    borders = at_border(completed(corners.xy_px)[~found], image.shape)
+    where = f" up to the {' and '.join(borders)} border of the picture" if borders else ""
+    raise TargetError(
+        f"all inner corners of a {board} board asked for, found {int(found.sum())} of "
+        f"{found.size}{where}",
+        advice="move the board until all of it is in view"
+        if borders
+        else "uncover the board, and avoid glare and bending",
+        reason="clipped",
+    )
 
 
 def find_board(image: Image, board: Checkerboard) -> Corners:
@@ -145,8 +154,10 @@ def _fit(
     turned = _oriented(lattice, board)
     if turned is None or turned.found.mean() < _MIN_FOUND:
         return None
-    whole = np.ones(turned.shape, np.bool_)
-    return _measured(pictures, level, completed(turned.xy_px), whole, board)
+    xy_px = completed(turned.xy_px)
+    if goes_on(pictures[level], Lattice(at_level(xy_px, level), turned.bright)):
+        return None
+    return _measured(pictures, level, xy_px, np.ones(turned.shape, np.bool_), board)
 
 
 def _fit_part(
@@ -154,11 +165,13 @@ def _fit_part(
 ) -> Corners | None:
     """The corners of a lattice where it is certain which they are."""
     there = Lattice(at_level(lattice.xy_px, level), lattice.bright)
-    ends = ended_sides(pictures[level], there)
-    places = places_on(lattice, board, ends)
-    if len(places) != 1 or not is_certain(places[0], board, ends):
+    if goes_on(pictures[level], there):
         return None
-    xy_px = places[0].on_board(board)
+    ends = ended_sides(pictures[level], there)
+    place = certain_place(lattice, board, ends)
+    if place is None:
+        return None
+    xy_px = place.on_board(board)
     return _measured(pictures, level, completed(xy_px), np.isfinite(xy_px[..., 0]), board)
 
 

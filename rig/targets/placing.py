@@ -9,11 +9,10 @@ from rig.arrays import Float
 from rig.geometry.homography import fit_homography, grid_places, map_points
 from rig.targets.checkerboard import Checkerboard
 from rig.targets.lattice import Lattice
+from rig.targets.outline import Sides
 
 _NEAREST = 12
 """Corners about a missing one that tell where it is."""
-
-Sides = tuple[bool, bool, bool, bool]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,33 +39,46 @@ def turns(lattice: Lattice) -> Iterator[Lattice]:
         yield Lattice(np.rot90(lattice.xy_px, quarter), np.rot90(lattice.bright, quarter))
 
 
-def places_on(lattice: Lattice, board: Checkerboard, ends: Sides) -> list[Place]:
-    """Return every way in which a lattice may lie on a board, colours and ends of it in place.
+def certain_place(lattice: Lattice, board: Checkerboard, ends: Sides) -> Place | None:
+    """Return where a lattice lies on a board, colours and ends in place; None if it is not certain.
 
-    Of ways that the board itself cannot tell apart, because it looks the same after a turn, the
-    one stays whose corner (0, 0) is nearest the top left of the picture.
+    There is one way only, and the lattice is as long as the board one way: the other way it is so
+    too, or it ends where the board does. One end at least is seen: a stretch of a floor with
+    chequered tiles has a place as well. Of ways that the board itself cannot tell apart, because it
+    looks the same after a turn, the one counts whose corner (0, 0) is nearest the top left of the
+    picture.
 
     Args:
         lattice: not larger than the board, or there is no way.
         board: what was asked for.
-        ends: sides (top, right, bottom, left) of the lattice at which the board is known to end.
+        ends: sides of the lattice at which the board is known to end.
     """
+    if not any(ends):
+        return None
     found: dict[bytes, list[Place]] = {}
     number = np.arange(lattice.found.size).reshape(lattice.shape)
     for quarter, turned in enumerate(turns(lattice)):
-        spare_rows, spare_columns = np.subtract((board.rows, board.columns), turned.shape)
+        spare_rows, spare_columns = np.subtract((board.rows, board.columns), turned.shape).tolist()
+        if min(spare_rows, spare_columns) < 0:
+            continue
         # A quarter turn brings the right side to the top.
         top, right, bottom, left = ends[quarter:] + ends[:quarter]
         is_black = black_first(turned)
-        for row in _offsets(int(spare_rows), top, bottom):
-            for column in _offsets(int(spare_columns), left, right):
+        for row in _offsets(spare_rows, top, bottom):
+            for column in _offsets(spare_columns, left, right):
                 if ((row + column) % 2 == 0) != is_black:
                     continue
-                spare = ((row, int(spare_rows) - row), (column, int(spare_columns) - column))
+                spare = ((row, spare_rows - row), (column, spare_columns - column))
                 whole = np.pad(np.rot90(number, quarter), spare, constant_values=-1)
                 alike = min(np.rot90(whole, turn).tobytes() for turn in _looks_the_same(board))
                 found.setdefault(alike, []).append(Place(turned, row, column))
-    return [min(ways, key=lambda way: _begins_px(way, board)) for ways in found.values()]
+    if len(found) != 1:
+        return None
+    (ways,) = found.values()
+    rows, columns = ways[0].lattice.shape
+    if rows != board.rows and columns != board.columns:
+        return None
+    return min(ways, key=lambda way: _begins_px(way, board))
 
 
 def _looks_the_same(board: Checkerboard) -> tuple[int, ...]:
@@ -78,16 +90,6 @@ def _looks_the_same(board: Checkerboard) -> tuple[int, ...]:
 
 def _begins_px(place: Place, board: Checkerboard) -> float:
     return float(completed(place.on_board(board))[0, 0].sum())
-
-
-def is_certain(place: Place, board: Checkerboard, ends: Sides) -> bool:
-    """Whether a place that is the only one may be trusted: a stretch of floor has one as well.
-
-    The lattice is as long as the board one way; the other way it is too, or it ends where the
-    board does. One end at least is seen.
-    """
-    rows, columns = place.lattice.shape
-    return any(ends) and (rows == board.rows or columns == board.columns)
 
 
 def _offsets(spare: int, first_is_end: bool, last_is_end: bool) -> list[int]:

@@ -87,6 +87,9 @@ def why_not(
             advice="bring more of it into view, nearer, and out of glare",
             reason="few-corners",
         )
+    exposure = exposure_at_fault(image, asked)
+    if exposure is not None and exposure.reason == "under-exposed":
+        return exposure  # What is read in noise is chance.
     picture = pictures[0]
     largest = sorted(seen, key=lambda lattice: -int(lattice.found.sum()))[:2]
     for lattice in (whole.part(_ENOUGH) for whole in largest):
@@ -101,10 +104,13 @@ def why_not(
         )
         if other is not None:
             return other
-    exposure = exposure_at_fault(image, asked)
     if exposure is not None:
         return exposure
-    best = largest[0] if largest and is_board_like(picture, largest[0]) else _plain(pictures)
+    best = (
+        largest[0]
+        if largest and is_board_like(picture, largest[0], with_markers=True)
+        else _plain(pictures)
+    )
     if best is None:
         return TargetError(
             f"{asked}, nothing like a checkerboard found",
@@ -117,7 +123,7 @@ def why_not(
 def _plain(pictures: list[Picture]) -> Lattice | None:
     """The largest lattice of squares whose markers are too small or too blurred to disturb it."""
     lattices = [lattice for _, lattice in candidates(pictures, RING_PX, plain_lattices)]
-    planes = [lattice for lattice in lattices if is_board_like(pictures[0], lattice)]
+    planes = [one for one in lattices if is_board_like(pictures[0], one, with_markers=True)]
     return max(planes, key=lambda lattice: int(lattice.found.sum()), default=None)
 
 
@@ -199,13 +205,17 @@ def _other_layout(
         for bits, sampled in cells.items()
     }
     own = next(name for name in _LARGEST if _holds(name, board.dictionary))
+    most, whose = dict[tuple[int, int], int](), own
     for name in (own, *(other for other in _LARGEST if other != own)):
         bits = dictionary_bits(name)
         for either in read[bits.shape[1] + 2]:
             found = known_markers(either, bits)
-            if len(found) >= _FEWEST_MARKERS:
-                return _named_otherwise(found, name, own, board, asked)
-    return None
+            # Markers of fewer bits are read by chance in those of more.
+            if len(found) > len(most):
+                most, whose = found, name
+    if len(most) < _FEWEST_MARKERS:
+        return None
+    return _named_otherwise(most, whose, own, board, asked)
 
 
 def _named_otherwise(
