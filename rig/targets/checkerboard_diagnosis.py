@@ -7,7 +7,9 @@ from rig.errors import TargetError
 from rig.geometry.homography import fit_homography, grid_places, map_points
 from rig.targets.checkerboard import Checkerboard
 from rig.targets.lattice import Lattice
-from rig.targets.pyramid import Image
+from rig.targets.outline import ended_sides
+from rig.targets.pyramid import Image, Picture
+from rig.targets.saddles import bilinear
 from rig.targets.smooth_lines import smooth_triples
 
 MIN_SIDE_PX = 6.0
@@ -25,6 +27,14 @@ _MOSTLY = 0.6
 """Share of its places that a lattice bent by a lens must have..."""
 _NEARLY_ALL = 0.9
 """...and share of three neighbours that must lie on a smooth line: corners at a border may not."""
+_IN_SQUARE = np.array([0.1, 0.3, 0.5, 0.7, 0.9])
+"""Where the grey of a square is looked at, in squares..."""
+_OF_TWO_COLOURS = 0.85
+"""...and share of the squares that must be brighter or darker than the middle as their turn is."""
+_MAX_UNEVEN_GREY = 0.155
+"""Standard deviation of the grey within squares of one colour, over the step between colours: 0.137
+where blur has left a product of two sines, less where it has left more. Markers make white ones
+uneven, never black ones."""
 _DARK = 0.12
 """Brightest pixels below this share of full scale: too dark."""
 _BURNT = 0.2
@@ -40,7 +50,8 @@ def why_not(image: Image, board: Checkerboard, seen: list[Lattice]) -> TargetErr
         seen: Lattices found at any resolution, in px of the image.
     """
     asked = f"{board} board asked for"
-    boards = [lattice for lattice in seen if _is_plane(lattice)]
+    picture = np.asarray(image, np.float32)
+    boards = [lattice for lattice in seen if is_board_like(picture, lattice)]
     best = max(boards, key=lambda lattice: int(lattice.found.sum()), default=None)
     if best is None:
         return exposure_at_fault(image, asked) or TargetError(
@@ -51,6 +62,7 @@ def why_not(image: Image, board: Checkerboard, seen: list[Lattice]) -> TargetErr
     return (
         _size(best, asked)
         or _count(best, board, image.shape, asked)
+        or _part(picture, best, board, asked)
         or exposure_at_fault(image, asked)
         or TargetError(
             f"{asked}, found {int(best.found.sum())} corners on a lattice of {_across(best)}",
@@ -58,6 +70,37 @@ def why_not(image: Image, board: Checkerboard, seen: list[Lattice]) -> TargetErr
             reason="not-found",
         )
     )
+
+
+def is_board_like(picture: Picture, lattice: Lattice, *, with_markers: bool = False) -> bool:
+    """Whether a lattice (px of the picture) is flat or evenly bent, with squares of two colours."""
+    return _is_plane(lattice) and _is_checkered(picture, lattice, with_markers=with_markers)
+
+
+def _is_checkered(picture: Picture, lattice: Lattice, *, with_markers: bool) -> bool:
+    """Whether its squares are bright and dark in turns: walls of bricks have saddles as well."""
+    xy_px = lattice.xy_px
+    corner = [xy_px[:-1, :-1], xy_px[:-1, 1:], xy_px[1:, :-1], xy_px[1:, 1:]]
+    row, column = np.nonzero(np.isfinite(sum(corner))[..., 0])
+    is_even = (row + column) % 2 == 0
+    if is_even.all() or not is_even.any():
+        return False
+    u, v = (place.ravel() for place in np.meshgrid(_IN_SQUARE, _IN_SQUARE))
+    shares = ((1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v)
+    place = sum(
+        share[:, None] * one[row, column][:, None]
+        for share, one in zip(shares, corner, strict=True)
+    )
+    look = bilinear(picture, np.clip(place, 0, np.array(picture.shape[::-1]) - 1))
+    grey = look.mean(axis=1)
+    even, odd = np.median(grey[is_even]), np.median(grey[~is_even])
+    right = (grey > (even + odd) / 2) == (is_even == (even > odd))
+    # Usual grey of a square of either colour, place by place: the middle one tells the step.
+    usual = np.stack([np.median(look[which], axis=0) for which in (is_even, ~is_even)])
+    step = abs(np.subtract(*usual[:, len(u) // 2]))
+    uneven = usual.std(axis=1)
+    rougher = uneven.min() if with_markers else uneven.max()
+    return bool(right.mean() > _OF_TWO_COLOURS and rougher < _MAX_UNEVEN_GREY * step)
 
 
 def _is_plane(lattice: Lattice) -> bool:
@@ -105,7 +148,7 @@ def _count(
             advice="set the board's columns and rows to what it has, or use the other board",
             reason="wrong-count",
         )
-    if found == wanted and not _at_border(lattice.xy_px.reshape(-1, 2), shape):
+    if found == wanted and not at_border(lattice.xy_px.reshape(-1, 2), shape):
         return None
     if borders:
         return TargetError(
@@ -114,12 +157,28 @@ def _count(
             advice="move the board until all of it is in view",
             reason="clipped",
         )
-    if not lattice.found.all():
+    return None
+
+
+def _part(
+    picture: Picture, lattice: Lattice, board: Checkerboard, asked: str
+) -> TargetError | None:
+    """Fewer corners than asked for: a smaller board that ends on all sides, or a part of one."""
+    if sorted(lattice.shape) == sorted((board.rows, board.columns)):
         return None
+    across = _across(lattice)
+    if all(ended_sides(picture, lattice)):
+        return TargetError(
+            f"{asked}, found one of {across} inner corners",
+            advice=f"set columns and rows to {across}, or use the other board",
+            reason="wrong-count",
+        )
     return TargetError(
-        f"{asked}, found one of {_across(lattice)} inner corners",
-        advice=f"set columns and rows to {_across(lattice)}, or uncover the rest of the board",
-        reason="wrong-count",
+        f"{asked}, found {int(lattice.found.sum())} corners on a lattice of {across}, and not "
+        "which part of the board they are",
+        advice="uncover the board so that one side with its white border and both sides next to it "
+        f"are seen, or set columns and rows to {across} if that is all of it",
+        reason="which-part",
     )
 
 
@@ -141,10 +200,10 @@ def _touched(lattice: Lattice, shape: tuple[int, ...]) -> list[str]:
             )
         ]
     )
-    return _at_border(beyond, shape)
+    return at_border(beyond, shape)
 
 
-def _at_border(xy_px: NDArray[np.float64], shape: tuple[int, ...]) -> list[str]:
+def at_border(xy_px: NDArray[np.float64], shape: tuple[int, ...]) -> list[str]:
     """Borders of the picture that some of (N, 2) points, NaN left out, touch or cross."""
     x, y = xy_px[np.isfinite(xy_px[:, 0])].T
     outside = {

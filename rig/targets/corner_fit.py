@@ -44,6 +44,12 @@ class CrossingFit:
     contrast: Float
     """(N,) white minus black, grey levels; negative where the axes enclose a dark quadrant."""
 
+    def part(self, which: NDArray[np.bool_]) -> "CrossingFit":
+        """Some of the corners."""
+        return CrossingFit(
+            self.xy_px[which], self.sigma_px[which], self.blur_px[which], self.contrast[which]
+        )
+
 
 def fit_crossings(
     picture: NDArray[np.float32],

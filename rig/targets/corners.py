@@ -5,7 +5,6 @@ few passes over it: at most `MAX_SADDLES` points per resolution, three resolutio
 their links, a fixed number of steps per corner.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,24 +12,32 @@ from numpy.typing import NDArray
 
 from rig.arrays import Float
 from rig.errors import TargetError
-from rig.geometry.homography import fit_homography, grid_places, map_points
+from rig.targets.candidates import candidates
 from rig.targets.checkerboard import Checkerboard
-from rig.targets.checkerboard_diagnosis import MAX_BLUR_RATIO, MIN_SIDE_PX, why_not
+from rig.targets.checkerboard_diagnosis import (
+    MAX_BLUR_RATIO,
+    MIN_SIDE_PX,
+    at_border,
+    why_not,
+)
 from rig.targets.corner_fit import CrossingFit, fit_crossings
-from rig.targets.lattice import Lattice, cut_to_size, grow_lattices
-from rig.targets.pyramid import Image, at_level, from_level, pyramid, search_order
-from rig.targets.saddles import find_saddles
+from rig.targets.lattice import RING_PX, Lattice, cut_to_size, plain_lattices
+from rig.targets.outline import ended_sides, goes_on
+from rig.targets.placing import black_first, certain_place, completed, turns
+from rig.targets.pyramid import Image, at_level, from_level, pyramid
 from rig.targets.smooth_lines import smooth_triples
 
 _LEVELS = 3
-_SMOOTH_PX = 1.0
-_RING_PX = 3.5
 _SHARP_PX, _BLURRED_PX = 1.0, 2.5
 """Blur of the picture in which corners are measured best, where there is a finer or coarser one."""
 _MIN_FOUND = 0.85
 """Share of the corners that must be seen before the missing ones are looked for."""
-_NEAREST = 12
-"""Corners about a missing one that tell where it is."""
+_FEWEST_SHARE = 0.4
+"""Of the corners, that a part must have."""
+_LEAST_CONTRAST = 0.35
+"""Of the median: a corner of a part with less is glare, or of something else."""
+_MOST_SIGMAS = 6.0
+"""Sigma of a corner of a part, in medians: fitted to something else."""
 _MAX_BEND = 0.3
 """Change of step along a row or column, in steps, above which a corner is not of the board; where a
 lens bends the line, change of that change."""
@@ -42,9 +49,12 @@ class Corners:
 
     board: Checkerboard
     xy_px: Float
-    """(rows, columns, 2), px; corner (0, 0) touches the black corner square of the board."""
+    """(rows, columns, 2), px; corner (0, 0) touches the black corner square of the board.
+
+    NaN where `find_board` did not see one.
+    """
     sigma_px: Float
-    """(rows, columns), 1 sigma per coordinate."""
+    """(rows, columns), 1 sigma per coordinate; NaN likewise."""
     blur_px: float
     """Median sigma of the edges, pixel area included."""
     contrast: float
@@ -70,7 +80,36 @@ def find_corners(image: Image, board: Checkerboard) -> Corners:
 
     Raises:
         TargetError: the board is not there as asked for; `reason` is one of wrong-count, blurred,
-            too-small, clipped, over-exposed, under-exposed, not-found.
+            too-small, clipped, which-part, over-exposed, under-exposed, not-found.
+    """
+    corners = find_board(image, board)
+    found = np.isfinite(corners.xy_px[..., 0])
+    if found.all():
+        return corners
+    borders = at_border(completed(corners.xy_px)[~found], image.shape)
+    where = f" up to the {' and '.join(borders)} border of the picture" if borders else ""
+    raise TargetError(
+        f"all inner corners of a {board} board asked for, found {int(found.sum())} of "
+        f"{found.size}{where}",
+        advice="move the board until all of it is in view"
+        if borders
+        else "uncover the board, and avoid glare and bending",
+        reason="clipped",
+    )
+
+
+def find_board(image: Image, board: Checkerboard) -> Corners:
+    """Find the inner corners of a board that can be seen, where it is certain which they are.
+
+    All of them, or a part that is as long as the board one way and reaches an end of it the other
+    way; the rest is NaN. The order is that of `find_corners`.
+
+    Args:
+        image: (H, W) grey; float32 in 8-bit grey levels.
+        board: The board to look for.
+
+    Raises:
+        TargetError: as `find_corners`; clipped only where too little is seen.
     """
     if image.ndim != 2 or min(image.shape) < 16 or not np.isfinite(image).all():
         raise TargetError(
@@ -79,14 +118,17 @@ def find_corners(image: Image, board: Checkerboard) -> Corners:
             reason="not-found",
         )
     pictures = pyramid(image, _LEVELS)
-    seen: list[Lattice] = []
-    for level in search_order(pictures):
-        for lattice in _lattices(pictures[level]):
-            corners = _fit(pictures, level, lattice, board)
-            if corners is not None:
-                return _checked(corners)
-            seen.append(Lattice(from_level(lattice.xy_px, level), lattice.bright))
-    raise why_not(image, board, seen)
+    seen: list[tuple[int, Lattice]] = []
+    for level, lattice in candidates(pictures, RING_PX, plain_lattices):
+        corners = _fit(pictures, level, lattice, board)
+        if corners is not None:
+            return _checked(corners)
+        seen.append((level, lattice))
+    for level, lattice in sorted(seen, key=lambda one: -int(one[1].found.sum())):
+        corners = _fit_part(pictures, level, lattice, board)
+        if corners is not None:
+            return _checked(corners)
+    raise why_not(image, board, [lattice for _, lattice in seen])
 
 
 def corner_motion_px(first: Corners, last: Corners) -> float:
@@ -105,38 +147,62 @@ def corner_motion_px(first: Corners, last: Corners) -> float:
     return float(np.sqrt(np.mean(moved**2)))
 
 
-def _lattices(picture: NDArray[np.float32]) -> list[Lattice]:
-    saddles = find_saddles(picture, smooth_px=_SMOOTH_PX, ring_px=_RING_PX)
-    return grow_lattices(saddles)[:3]
-
-
 def _fit(
     pictures: list[NDArray[np.float32]], level: int, lattice: Lattice, board: Checkerboard
 ) -> Corners | None:
-    """Corners in the picture that suits their blur; None if it is not that board."""
+    """All corners in the picture that suits their blur; None if it is not all of that board."""
     turned = _oriented(lattice, board)
     if turned is None or turned.found.mean() < _MIN_FOUND:
         return None
-    xy_px = from_level(_completed(turned.xy_px), level)
+    xy_px = completed(turned.xy_px)
+    if goes_on(pictures[level], Lattice(at_level(xy_px, level), turned.bright)):
+        return None
+    return _measured(pictures, level, xy_px, np.ones(turned.shape, np.bool_), board)
+
+
+def _fit_part(
+    pictures: list[NDArray[np.float32]], level: int, lattice: Lattice, board: Checkerboard
+) -> Corners | None:
+    """The corners of a lattice where it is certain which they are."""
+    there = Lattice(at_level(lattice.xy_px, level), lattice.bright)
+    if goes_on(pictures[level], there):
+        return None
+    ends = ended_sides(pictures[level], there)
+    place = certain_place(lattice, board, ends)
+    if place is None:
+        return None
+    xy_px = place.on_board(board)
+    return _measured(pictures, level, completed(xy_px), np.isfinite(xy_px[..., 0]), board)
+
+
+def _measured(
+    pictures: list[NDArray[np.float32]],
+    level: int,
+    xy_px: Float,
+    wanted: NDArray[np.bool_],
+    board: Checkerboard,
+) -> Corners | None:
+    """Corners from starts (rows, columns, 2); None if they are not those of a board."""
     tried: set[int] = set()
     while True:
         scale = 2**level
-        fit = _crossings(pictures[level], at_level(xy_px, level))
-        if not _is_board(fit, board):
+        fit = _crossings(pictures[level], at_level(xy_px, level), wanted)
+        kept = _on_board(fit, wanted)
+        if kept is None:
             return None
-        xy_px = from_level(fit.xy_px.reshape(xy_px.shape), level)
+        xy_px = xy_px.copy()
+        xy_px[wanted] = from_level(fit.xy_px, level)
+        wanted, fit = kept, fit.part(kept[wanted])
         blur_px = float(np.median(fit.blur_px))
         tried.add(level)
         level = _suiting(blur_px, level, len(pictures))
         if level in tried:
             break
-    return Corners(
-        board,
-        xy_px,
-        fit.sigma_px.reshape(xy_px.shape[:2]) * scale,
-        blur_px * scale,
-        float(np.median(np.abs(fit.contrast))),
-    )
+    xy_px[~wanted] = np.nan
+    sigma_px = np.full(wanted.shape, np.nan)
+    sigma_px[wanted] = fit.sigma_px * scale
+    contrast = float(np.median(np.abs(fit.contrast)))
+    return Corners(board, xy_px, sigma_px, blur_px * scale, contrast)
 
 
 def _suiting(blur_px: float, level: int, levels: int) -> int:
@@ -147,66 +213,47 @@ def _suiting(blur_px: float, level: int, levels: int) -> int:
 
 
 def _oriented(lattice: Lattice, board: Checkerboard) -> Lattice | None:
-    """Turned to the board's order; None if the counts differ."""
+    """Cut to the board's size and turned to its order; None if the counts differ."""
     choices: list[tuple[float, Lattice]] = []
-    for turned in _turns(lattice):
+    for turned in turns(lattice):
         turned = cut_to_size(turned, (board.rows, board.columns), _MIN_FOUND)
-        if turned is not None and _black_first(turned):
+        if turned is not None and black_first(turned):
             choices.append((float(np.nan_to_num(turned.xy_px[0, 0]).sum()), turned))
     return min(choices, key=lambda choice: choice[0])[1] if choices else None
 
 
-def _turns(lattice: Lattice) -> Iterator[Lattice]:
-    for quarter in range(4):
-        yield Lattice(np.rot90(lattice.xy_px, quarter), np.rot90(lattice.bright, quarter))
+def _crossings(
+    picture: NDArray[np.float32], start: Float, wanted: NDArray[np.bool_]
+) -> CrossingFit:
+    """Fit N corners where they are wanted of starts (rows, columns, 2)."""
+    down, right = np.gradient(start, axis=0)[wanted], np.gradient(start, axis=1)[wanted]
+    area = np.abs(down[:, 0] * right[:, 1] - down[:, 1] * right[:, 0])
+    axes = np.stack([right, down], axis=1)
+    length = np.linalg.norm(axes, axis=2)
+    clear_px = area / length.max(axis=1)
+    return fit_crossings(picture, start[wanted], axes / length[..., None], clear_px)
 
 
-def _black_first(lattice: Lattice) -> bool:
-    """Whether the square outside corner (0, 0) is black, by vote of all corners."""
-    down = np.nanmean(np.diff(lattice.xy_px, axis=0), axis=(0, 1))
-    right = np.nanmean(np.diff(lattice.xy_px, axis=1), axis=(0, 1))
-    angle = 2 * np.arctan2(*(down / np.hypot(*down) + right / np.hypot(*right))[::-1])
-    towards = lattice.bright @ np.array([np.cos(angle), np.sin(angle)])
-    row, column = np.indices(towards.shape)
-    return float(np.nansum(np.where((row + column) % 2 == 0, towards, -towards))) < 0
+def _on_board(fit: CrossingFit, wanted: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
+    """(rows, columns) where a corner is: colours in turn, rows and columns smooth.
 
-
-def _completed(xy_px: Float) -> Float:
-    """Missing corners where a homography through the nearest others puts them.
-
-    Through all of them a wide lens would put it far off.
+    Of a whole board all are there, or it is none; of a part those that fit the others.
     """
-    found = np.isfinite(xy_px[..., 0])
-    places = grid_places(*found.shape)
-    whole = xy_px.copy()
-    for place in np.argwhere(~found):
-        apart = np.linalg.norm(places[found] - places[tuple(place)], axis=1)
-        near = np.argsort(apart, kind="stable")[:_NEAREST]
-        homography = fit_homography(places[found][near], xy_px[found][near])
-        whole[tuple(place)] = map_points(homography, places[tuple(place)][None])[0]
-    return whole
-
-
-def _crossings(picture: NDArray[np.float32], start: Float) -> CrossingFit:
-    down, right = np.gradient(start, axis=0), np.gradient(start, axis=1)
-    area = np.abs(down[..., 0] * right[..., 1] - down[..., 1] * right[..., 0])
-    longest = np.maximum(np.linalg.norm(down, axis=-1), np.linalg.norm(right, axis=-1))
-    axes = np.stack([right, down], axis=-2)
-    axes = axes / np.linalg.norm(axes, axis=-1, keepdims=True)
-    clear_px = area / longest
-    return fit_crossings(picture, start.reshape(-1, 2), axes.reshape(-1, 2, 2), clear_px.ravel())
-
-
-def _is_board(fit: CrossingFit, board: Checkerboard) -> bool:
-    """All corners there, colours in turn, rows and columns smooth."""
-    if not np.isfinite(fit.xy_px).all():
-        return False
-    row, column = np.indices((board.rows, board.columns))
-    signed = fit.contrast.reshape(row.shape) * np.where((row + column) % 2, -1, 1)
-    xy_px = fit.xy_px.reshape(*row.shape, 2)
+    row, column = np.nonzero(wanted)
+    signed = fit.contrast * np.where((row + column) % 2, -1, 1)
+    usual = float(np.nanmedian(np.where(np.isfinite(fit.xy_px[:, 0]), signed, np.nan)))
+    good = np.isfinite(fit.xy_px[:, 0]) & (signed * np.sign(usual) > 0)
+    if not wanted.all():
+        good &= signed * np.sign(usual) > _LEAST_CONTRAST * abs(usual)
+        good &= fit.sigma_px < _MOST_SIGMAS * np.nanmedian(fit.sigma_px)
+    kept = wanted.copy()
+    kept[wanted] = good
+    xy_px = np.full((*wanted.shape, 2), np.nan)
+    xy_px[kept] = fit.xy_px[good]
     lines = (xy_px, xy_px.transpose(1, 0, 2))
     is_smooth = all(smooth_triples(points, _MAX_BEND).all() for points in lines)
-    return bool((signed > 0).all() or (signed < 0).all()) and is_smooth
+    enough = good.all() if wanted.all() else good.sum() >= _FEWEST_SHARE * wanted.size
+    return kept if enough and is_smooth else None
 
 
 def _checked(corners: Corners) -> Corners:

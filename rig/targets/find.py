@@ -9,7 +9,7 @@ from rig.errors import TargetError
 from rig.targets.charuco.board import CharucoBoard
 from rig.targets.charuco.find import find_charuco
 from rig.targets.checkerboard import Checkerboard
-from rig.targets.corners import Corners, find_corners
+from rig.targets.corners import Corners, find_board, find_corners
 from rig.targets.detection import Detection
 from rig.targets.outliers import inliers
 from rig.targets.pyramid import Image
@@ -22,7 +22,8 @@ CornersOrReason: TypeAlias = Corners | TargetError
 def find_target(image: Image, target: Target) -> Detection:
     """Find the corners of a target to sub-pixel precision.
 
-    All of a checkerboard must be visible; of a ChArUco board any part with six corners will do.
+    Of a checkerboard a part will do where it is certain which part (see `find_board`), of a ChArUco
+    board any part with six corners.
     Corners that do not lie where their neighbours put them are left out.
 
     Args:
@@ -35,7 +36,7 @@ def find_target(image: Image, target: Target) -> Detection:
     if isinstance(target, CharucoBoard):
         _check_picture(image, target)
         return find_charuco(image, target)
-    corners = find_corners(image, target)
+    corners = find_board(image, target)
     kept = inliers(corners.xy_px, corners.sigma_px)
     return Detection(
         np.flatnonzero(kept),

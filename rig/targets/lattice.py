@@ -10,7 +10,10 @@ from rig.targets.links import neighbours
 from rig.targets.saddles import Saddles
 from rig.targets.smooth_lines import smooth_triples
 
+RING_PX = 3.5
+"""Radius of the ring around saddles whose lattices are plain: squares of 6 px are larger."""
 _FEWEST = 9
+_LATTICES = 3
 _MAX_BEND = 0.15
 """Change of step, in steps, from one square to the next: perspective stays below, and the bend of
 a lens changes by less."""
@@ -76,6 +79,12 @@ def grow_lattices(
         if min(lattice.shape) >= (3 if fewest >= _FEWEST else 2):
             lattices.append(lattice)
     return sorted(lattices, key=lambda lattice: -int(lattice.found.sum()))
+
+
+def plain_lattices(saddles: Saddles, picture: NDArray[np.float32]) -> list[Lattice]:
+    """The largest lattices of a picture in which saddles are joined as on a bare checkerboard."""
+    del picture
+    return grow_lattices(saddles)[:_LATTICES]
 
 
 def _walk(

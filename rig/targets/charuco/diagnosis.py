@@ -4,11 +4,13 @@ import numpy as np
 
 from rig.arrays import Float
 from rig.errors import TargetError
+from rig.targets.candidates import candidates
 from rig.targets.charuco.board import CharucoBoard, dictionary_bits
 from rig.targets.charuco.cells import SampledCells, sample_cells
+from rig.targets.charuco.grid_fit import has_square
 from rig.targets.charuco.markers import known_markers, place_on_board
-from rig.targets.checkerboard_diagnosis import MAX_BLUR_RATIO, exposure_at_fault
-from rig.targets.lattice import Lattice
+from rig.targets.checkerboard_diagnosis import MAX_BLUR_RATIO, exposure_at_fault, is_board_like
+from rig.targets.lattice import RING_PX, Lattice, plain_lattices
 from rig.targets.pyramid import Image, Picture
 from rig.targets.saddles import bilinear
 
@@ -18,7 +20,6 @@ _MIN_BIT_PX = 1.2
 """Smaller bits cannot be told apart."""
 _ENOUGH = (slice(5), slice(5))
 """Rows and columns of a lattice that are searched for other markers: it bounds the work."""
-_FEWEST_CORNERS = 4
 _FEWEST_MARKERS = 2
 """One marker may look like another by chance."""
 _MOST_BLUR_BITS = 0.5
@@ -67,13 +68,14 @@ def check_measurable(board: CharucoBoard, side_px: float, blur_px: float) -> Non
 
 
 def why_not(
-    image: Image, picture: Picture, board: CharucoBoard, seen: list[Lattice], named: int
+    image: Image, pictures: list[Picture], board: CharucoBoard, seen: list[Lattice], named: int
 ) -> TargetError:
     """Return the error that says what was asked, what was found and what to do.
 
     Args:
         image: (H, W) grey, as it was given.
-        picture: the same with black markers on white, if the board is as it was asked for.
+        pictures: the same with black markers on white, if the board is as it was asked for, and its
+            halvings.
         board: what was asked for.
         seen: lattices found at any resolution, in px of the picture.
         named: most corners that markers gave a name to.
@@ -85,9 +87,13 @@ def why_not(
             advice="bring more of it into view, nearer, and out of glare",
             reason="few-corners",
         )
+    exposure = exposure_at_fault(image, asked)
+    if exposure is not None and exposure.reason == "under-exposed":
+        return exposure  # What is read in noise is chance.
+    picture = pictures[0]
     largest = sorted(seen, key=lambda lattice: -int(lattice.found.sum()))[:2]
     for lattice in (whole.part(_ENOUGH) for whole in largest):
-        if int(lattice.found.sum()) < _FEWEST_CORNERS:
+        if not has_square(lattice.found):
             continue
         cells = {
             bits: sample_cells(picture, lattice.xy_px, bits_across=bits, share=board.marker_share)
@@ -98,10 +104,13 @@ def why_not(
         )
         if other is not None:
             return other
-    exposure = exposure_at_fault(image, asked)
     if exposure is not None:
         return exposure
-    best = largest[0] if largest and int(largest[0].found.sum()) >= 9 else None
+    best = (
+        largest[0]
+        if largest and is_board_like(picture, largest[0], with_markers=True)
+        else _plain(pictures)
+    )
     if best is None:
         return TargetError(
             f"{asked}, nothing like a checkerboard found",
@@ -109,6 +118,13 @@ def why_not(
             reason="not-found",
         )
     return _unread(picture, best, board, asked)
+
+
+def _plain(pictures: list[Picture]) -> Lattice | None:
+    """The largest lattice of squares whose markers are too small or too blurred to disturb it."""
+    lattices = [lattice for _, lattice in candidates(pictures, RING_PX, plain_lattices)]
+    planes = [one for one in lattices if is_board_like(pictures[0], one, with_markers=True)]
+    return max(planes, key=lambda lattice: int(lattice.found.sum()), default=None)
 
 
 def _unread(picture: Picture, lattice: Lattice, board: CharucoBoard, asked: str) -> TargetError:
@@ -189,13 +205,17 @@ def _other_layout(
         for bits, sampled in cells.items()
     }
     own = next(name for name in _LARGEST if _holds(name, board.dictionary))
+    most, whose = dict[tuple[int, int], int](), own
     for name in (own, *(other for other in _LARGEST if other != own)):
         bits = dictionary_bits(name)
         for either in read[bits.shape[1] + 2]:
             found = known_markers(either, bits)
-            if len(found) >= _FEWEST_MARKERS:
-                return _named_otherwise(found, name, own, board, asked)
-    return None
+            # Markers of fewer bits are read by chance in those of more.
+            if len(found) > len(most):
+                most, whose = found, name
+    if len(most) < _FEWEST_MARKERS:
+        return None
+    return _named_otherwise(most, whose, own, board, asked)
 
 
 def _named_otherwise(

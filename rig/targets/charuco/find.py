@@ -10,20 +10,20 @@ import cv2
 import numpy as np
 
 from rig.arrays import Float
+from rig.targets.candidates import candidates
 from rig.targets.charuco.board import CharucoBoard
 from rig.targets.charuco.diagnosis import check_measurable, why_not
 from rig.targets.charuco.grid_fit import CornerGrid, fit_grid, has_square
 from rig.targets.charuco.markers import Placing, place_lattice
 from rig.targets.detection import Detection
 from rig.targets.lattice import Lattice, grow_lattices
-from rig.targets.pyramid import Image, Picture, from_level, pyramid, search_order
-from rig.targets.saddles import find_saddles
+from rig.targets.pyramid import Image, Picture, pyramid
+from rig.targets.saddles import Saddles
 
 FEWEST_CORNERS = 6
 """Fewer do not fix the pose of the board with anything to spare."""
 
 _LEVELS = 5
-_SMOOTH_PX = 1.0
 _RING_PX = 2.6
 """Half diagonal of a margin in squares of 15 px: the ring must not reach the markers."""
 _LATTICES = 3
@@ -46,18 +46,16 @@ def find_charuco(image: Image, board: CharucoBoard) -> Detection:
     pictures = pyramid(_black_on_white(image, board), _LEVELS)
     seen: list[Lattice] = []
     most = 0
-    for level in search_order(pictures):
-        for lattice in _lattices(pictures[level]):
-            lattice = Lattice(from_level(lattice.xy_px, level), lattice.bright)
-            seen.append(lattice)
-            placing = place_lattice(pictures[0], lattice.xy_px, board)
-            if placing is None:
-                continue
-            detection = _measured(pictures, level, _on_board(lattice, placing, board), board)
-            if detection is not None and len(detection) >= FEWEST_CORNERS:
-                return detection
-            most = max(most, 0 if detection is None else len(detection))
-    raise why_not(image, pictures[0], board, seen, most)
+    for level, lattice in candidates(pictures, _RING_PX, _grown):
+        seen.append(lattice)
+        placing = place_lattice(pictures[0], lattice.xy_px, board)
+        if placing is None:
+            continue
+        detection = _measured(pictures, level, _on_board(lattice, placing, board), board)
+        if detection is not None and len(detection) >= FEWEST_CORNERS:
+            return detection
+        most = max(most, 0 if detection is None else len(detection))
+    raise why_not(image, pictures, board, seen, most)
 
 
 def _black_on_white(image: Image, board: CharucoBoard) -> Picture:
@@ -67,8 +65,7 @@ def _black_on_white(image: Image, board: CharucoBoard) -> Picture:
     return np.float32(65535 if image.dtype == np.uint16 else 255) - picture
 
 
-def _lattices(picture: Picture) -> list[Lattice]:
-    saddles = find_saddles(picture, smooth_px=_SMOOTH_PX, ring_px=_RING_PX)
+def _grown(saddles: Saddles, picture: Picture) -> list[Lattice]:
     lattices = grow_lattices(saddles, edges_of=picture, fewest=_FEWEST_IN_LATTICE)
     return [lattice for lattice in lattices if has_square(lattice.found)][:_LATTICES]
 

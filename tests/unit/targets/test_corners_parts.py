@@ -5,7 +5,7 @@ import pytest
 
 from rig.arrays import Float
 from rig.errors import TargetError
-from rig.targets import corners
+from rig.targets import corners, placing
 from rig.targets.checkerboard import Checkerboard
 from rig.targets.corner_fit import CrossingFit
 from rig.targets.corners import Corners
@@ -42,8 +42,8 @@ def test_colours_the_other_way_round_start_at_the_other_end() -> None:
     found = corners._oriented(other, BOARD)
     assert found is not None
     assert found.xy_px.tolist() == grid()[::-1, ::-1].tolist()
-    assert corners._black_first(black_first())
-    assert not corners._black_first(other)
+    assert placing.black_first(black_first())
+    assert not placing.black_first(other)
 
 
 def test_where_both_ends_fit_the_one_at_the_top_left_is_first() -> None:
@@ -65,8 +65,8 @@ def test_missing_corners_are_where_the_others_put_them() -> None:
     whole = np.stack([(20 * column + 3 * row + 50) / below, (18 * row + 60) / below], axis=-1)
     seen = whole.copy()
     seen[0, 0] = seen[2, 3] = np.nan
-    assert corners._completed(seen) == pytest.approx(whole, abs=1e-4)
-    assert (corners._completed(whole) == whole).all()
+    assert placing.completed(seen) == pytest.approx(whole, abs=1e-4)
+    assert (placing.completed(whole) == whole).all()
 
 
 @pytest.mark.parametrize(
@@ -86,23 +86,60 @@ def fit(xy_px: Float, contrast: Float) -> CrossingFit:
     return CrossingFit(xy_px.reshape(-1, 2), np.ones(20), np.ones(20), contrast.ravel())
 
 
+WHOLE = np.ones((4, 5), np.bool_)
+TURN = np.where(np.indices((4, 5)).sum(axis=0) % 2, -100.0, 100.0)
+
+
+def is_whole(xy_px: Float, contrast: Float) -> bool:
+    return corners._on_board(fit(xy_px, contrast), WHOLE) is not None
+
+
 def test_a_board_has_colours_in_turn_and_smooth_lines() -> None:
-    row, column = np.indices((4, 5))
-    turn = np.where((row + column) % 2, -100.0, 100.0)
-    assert corners._is_board(fit(grid(), turn), BOARD)
-    assert corners._is_board(fit(grid(), -turn), BOARD)
-    one_wrong = turn.copy()
+    assert is_whole(grid(), TURN)
+    assert is_whole(grid(), -TURN)
+    one_wrong = TURN.copy()
     one_wrong[2, 2] *= -1
-    assert not corners._is_board(fit(grid(), one_wrong), BOARD)
-    assert not corners._is_board(fit(grid(), np.abs(turn)), BOARD)
+    assert not is_whole(grid(), one_wrong)
+    assert not is_whole(grid(), np.abs(TURN))
     gone = grid()
     gone[3, 4] = np.nan
-    assert not corners._is_board(fit(gone, turn), BOARD)
+    assert not is_whole(gone, TURN)
     for axis in (0, 1):
         for off_px, is_smooth in ((2.5, True), (4.0, False)):
             bent = grid()
             bent[2, 2, axis] += off_px  # changes steps by twice that: a quarter, two fifths
-            assert corners._is_board(fit(bent, turn), BOARD) is is_smooth
+            assert is_whole(bent, TURN) is is_smooth
+
+
+@pytest.mark.parametrize(
+    ("name", "inside", "beyond"),
+    [
+        ("contrast", 36.0, 34.0),
+        ("contrast", 36.0, -100.0),
+        ("sigma_px", 5.9, 6.1),
+        ("xy_px", 1.0, np.nan),
+    ],
+)
+def test_of_a_part_corners_that_fit_the_others_stay(
+    name: str, inside: float, beyond: float
+) -> None:
+    part = np.zeros((4, 5), np.bool_)
+    part[:2] = True
+    for value, stays in ((inside, True), (beyond, False)):
+        one = {"contrast": TURN[part], "sigma_px": np.ones(10), "xy_px": grid()[part]}
+        one[name] = one[name].copy()
+        one[name][0] = value if name != "xy_px" else value * one[name][0]
+        kept = corners._on_board(CrossingFit(blur_px=np.ones(10), **one), part)
+        assert kept is not None
+        assert bool(kept[0, 0]) is stays
+        assert int(kept.sum()) == 9 + stays
+
+
+def test_a_part_has_two_fifths_of_the_corners() -> None:
+    for count, is_enough in ((8, True), (7, False)):
+        part = np.arange(20).reshape(4, 5) < count
+        one = CrossingFit(grid()[part], np.ones(count), np.ones(count), TURN[part])
+        assert (corners._on_board(one, part) is not None) is is_enough
 
 
 def found(side_px: float, blur_px: float) -> Corners:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.stats import norm
 
 from rig.arrays import Float
@@ -17,6 +18,7 @@ from rig.targets.lattice import Lattice
 
 GREY = np.full((100, 200), 120, np.uint8)
 SHAPE = (100, 200)
+SOME = (slice(3), slice(3))
 
 
 def lattice(
@@ -34,8 +36,30 @@ def without(seen: Lattice, *places: tuple[int, int]) -> Lattice:
     return Lattice(xy_px, seen.bright)
 
 
-def reason(seen: Lattice, columns: int = 5, rows: int = 4) -> TargetError:
-    return why_not(GREY, Checkerboard(columns, rows, 25.0), [lattice(3, 3), seen])
+def drawn(*seen: Lattice, paper_squares: float = 0.5) -> NDArray[np.uint8]:
+    """Boards whose corners are those of upright lattices, the outer squares and paper around."""
+    y, x = np.mgrid[:100, :200].astype(np.float64)
+    image = GREY.copy()
+    for one in seen:
+        side_px = float(np.nanmedian(np.diff(one.xy_px[..., 0], axis=1)))
+        first = np.nanmin(one.xy_px, axis=(0, 1))
+        column, row = (x - first[0]) / side_px, (y - first[1]) / side_px
+        rows, columns = one.shape
+        beyond = np.maximum(
+            np.abs(column - (columns - 1) / 2) - (columns + 1) / 2,
+            np.abs(row - (rows - 1) / 2) - (rows + 1) / 2,
+        )
+        squares = np.where((np.floor(column) + np.floor(row)) % 2 == 0, 40, 200)
+        image = np.where(beyond < paper_squares, 200, image)
+        image = np.where(beyond < 0, squares, image)
+    return image.astype(np.uint8)
+
+
+def reason(
+    seen: Lattice, columns: int = 5, rows: int = 4, image: NDArray[np.uint8] | None = None
+) -> TargetError:
+    image = drawn(seen) if image is None else image
+    return why_not(image, Checkerboard(columns, rows, 25.0), [seen.part(SOME), seen])
 
 
 def test_more_corners_than_asked_for_are_another_board() -> None:
@@ -59,7 +83,40 @@ def test_the_right_count_with_gaps_is_covered() -> None:
         error = reason(seen)
         assert error.reason == "not-found"
         assert f"found {int(seen.found.sum())} corners on a lattice of 5 x 4" in str(error)
-    assert reason(without(lattice(4, 4), (1, 1))).reason == "not-found"
+
+
+def test_fewer_corners_that_do_not_end_on_all_sides_are_a_part_unknown() -> None:
+    seen = lattice(3, 4)
+    whole = drawn(lattice(4, 5))
+    for found in (
+        reason(seen, image=whole),
+        reason(seen, image=drawn(seen, paper_squares=0.0)),
+    ):
+        assert found.reason == "which-part"
+        assert "not which part of the board" in str(found)
+    assert "found 12 corners on a lattice of 4 x 3" in str(reason(seen, image=whole))
+    assert "or set columns and rows to 4 x 3 if that is all" in str(reason(seen, image=whole))
+
+
+def test_squares_have_two_colours_or_are_no_board() -> None:
+    seen = lattice(4, 5)
+    assert diagnosis.is_board_like(drawn(seen).astype(np.float32), seen)
+    stripes = np.where(np.indices(SHAPE)[1] % 20 < 10, 40.0, 200.0).astype(np.float32)
+    assert not diagnosis.is_board_like(stripes, seen)
+    assert not diagnosis.is_board_like(GREY.astype(np.float32), seen)
+    assert reason(seen, image=GREY).reason == "not-found"
+
+
+@pytest.mark.parametrize(("marker", "of_checkers", "of_charuco"), [(0, 1, 1), (90, 0, 1)])
+def test_white_squares_with_markers_are_uneven(
+    marker: int, of_checkers: bool, of_charuco: bool
+) -> None:
+    seen = lattice(4, 5, 10.0)
+    image = drawn(seen).astype(np.float32)
+    y, x = np.indices(SHAPE)
+    image[(image == 200.0) & ((x % 10 == 3) | (y % 10 == 3))] -= marker
+    assert diagnosis.is_board_like(image, seen) is bool(of_checkers)
+    assert diagnosis.is_board_like(image, seen, with_markers=True) is bool(of_charuco)
 
 
 def test_corners_up_to_a_border_are_clipped() -> None:
@@ -121,7 +178,7 @@ def test_corners_need_four_pixels_to_the_border(
     at: tuple[float, float], borders: list[str]
 ) -> None:
     points = np.array([[100.0, 50.0], [np.nan, np.nan], at])
-    assert diagnosis._at_border(points, SHAPE) == borders
+    assert diagnosis.at_border(points, SHAPE) == borders
 
 
 @pytest.mark.parametrize(

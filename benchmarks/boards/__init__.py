@@ -1,0 +1,1 @@
+"""Boards found, and refused with the right reason, over many rendered pictures with and without."""
