@@ -9,6 +9,7 @@ from typing import Self
 from rig.devices import Clock, not_open
 from rig.frames import ColourImage, Frame, GreyImage, MultiView
 from rig.profile import V4l2CameraConfig
+from rig_drivers.rate import RateWatch
 from rig_drivers.v4l2 import abi
 from rig_drivers.v4l2.colour import to_colour
 from rig_drivers.v4l2.controls import Controls
@@ -16,7 +17,6 @@ from rig_drivers.v4l2.formats import AppliedMode, Mode, set_mode
 from rig_drivers.v4l2.kernel import Kernel
 from rig_drivers.v4l2.node import Node
 from rig_drivers.v4l2.pixels import DECODERS, DoubtfulPixelError, PixelError, to_grey
-from rig_drivers.v4l2.rate import RateWatch
 from rig_drivers.v4l2.settings import exposure_of, settings_for
 from rig_drivers.v4l2.stream import BUFFERS, CaptureStream, RawFrame
 
@@ -50,7 +50,7 @@ class V4l2Camera:
         self._stream: CaptureStream | None = None
         self._mode: AppliedMode | None = None
         self._exposure_s: float | None = None
-        self._rate = RateWatch(self._node.name, config.rate_hz)
+        self._rate = self._rate_watch()
         self._doubtful_at: int | None = None
         self._identity: dict[str, str] = {
             "kind": "v4l2",
@@ -73,7 +73,7 @@ class V4l2Camera:
             controls = Controls(self._node)
             controls.apply(settings_for(self._config, self._view, controls, self._node.name))
             self._exposure_s = exposure_of(controls)
-            self._rate = RateWatch(self._node.name, self._config.rate_hz)
+            self._rate = self._rate_watch()
             self._identity = self._identified(self._mode.mode, controls)
             stream = CaptureStream(self._node, self._clock, self._view)
             self._stream = opening.enter_context(stream)
@@ -210,6 +210,14 @@ class V4l2Camera:
     @property
     def _interval_s(self) -> float:
         return 1.0 / self._config.rate_hz
+
+    def _rate_watch(self) -> RateWatch:
+        return RateWatch(
+            self._node.name,
+            self._config.rate_hz,
+            advice="set camera.rate_hz to that, or the sensor to the rate (its vertical blanking: "
+            "`v4l2-ctl --list-ctrls`)",
+        )
 
     def _wanted(self) -> Mode:
         config = self._config

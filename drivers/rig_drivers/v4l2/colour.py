@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from rig.frames import ColourImage
+from rig_drivers.mosaic import LEAST_COLOUR_PX, colour_of_mosaic
 from rig_drivers.v4l2.pixels import DECODERS, Bytes, PixelError, to_grey
 
 _Reader = Callable[[Bytes, int, int, int], ColourImage | None]
@@ -45,18 +46,16 @@ def _bgr(data: Bytes, width_px: int, height_px: int, stride: int) -> ColourImage
     return np.ascontiguousarray(_rgb(data, width_px, height_px, stride)[..., ::-1])
 
 
-def _of_mosaic(grey_format: str, code: int) -> _Reader:
+def _of_mosaic(grey_format: str, order: str) -> _Reader:
     """Colours between the pixels of a mosaic, bilinear; the upper eight bits of each."""
 
     def colour(data: Bytes, width_px: int, height_px: int, stride: int) -> ColourImage:
         mosaic = to_grey(
             data, grey_format, width_px=width_px, height_px=height_px, bytes_per_line=stride
         )
-        if min(mosaic.shape) < 3:
+        if min(mosaic.shape) < LEAST_COLOUR_PX:
             raise PixelError(f"{width_px} x {height_px} px are too few to tell colours between")
-        above = DECODERS[grey_format][1] - 8
-        whole = np.asarray(cv2.cvtColor(mosaic, code), mosaic.dtype)
-        return (whole >> above).astype(np.uint8)
+        return colour_of_mosaic(mosaic, order, bits=DECODERS[grey_format][1])
 
     return colour
 
@@ -79,10 +78,10 @@ def _jpeg(data: Bytes, width_px: int, height_px: int, stride: int) -> ColourImag
 
 
 _ORDERS: Final = {
-    "BGGR": (cv2.COLOR_BayerBGGR2RGB, ("BA81", "BG10", "BG12", "pBAA", "pBCC")),
-    "GBRG": (cv2.COLOR_BayerGBRG2RGB, ("GBRG", "GB10", "GB12", "pGAA", "pGCC")),
-    "GRBG": (cv2.COLOR_BayerGRBG2RGB, ("GRBG", "BA10", "BA12", "pgAA", "pgCC")),
-    "RGGB": (cv2.COLOR_BayerRGGB2RGB, ("RGGB", "RG10", "RG12", "pRAA", "pRCC")),
+    "BGGR": ("BA81", "BG10", "BG12", "pBAA", "pBCC"),
+    "GBRG": ("GBRG", "GB10", "GB12", "pGAA", "pGCC"),
+    "GRBG": ("GRBG", "BA10", "BA12", "pgAA", "pgCC"),
+    "RGGB": ("RGGB", "RG10", "RG12", "pRAA", "pRCC"),
 }
 """By the colours of the first two pixels of the first two lines: the kernel's names for it, with
 8, 10 and 12 bits in whole bytes, and with 10 and 12 bits packed."""
@@ -96,8 +95,8 @@ COLOUR_READERS: Final[dict[str, _Reader]] = {
     "RGB3": _rgb,
     "BGR3": _bgr,
     **{
-        name: _of_mosaic(grey_format, code)
-        for code, names in _ORDERS.values()
+        name: _of_mosaic(grey_format, order)
+        for order, names in _ORDERS.items()
         for name, grey_format in zip(names, _AS_GREY, strict=True)
     },
 }

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.frames import GreyImage
+from rig_drivers.mosaic import LEAST_GREY_PX, grey_of_mosaic
 
 Bytes = NDArray[np.uint8]
 Decoder = Callable[[Bytes, int, int, int], GreyImage]
@@ -94,24 +95,13 @@ def _grey12_in_turn(data: Bytes, width_px: int, height_px: int, stride: int) -> 
 
 
 def _of_bayer(decode: Decoder) -> Decoder:
-    """Return what reads a mosaic of colours as grey: (red + 2 green + blue) / 4, rounded.
-
-    Every pixel is weighed with its eight neighbours: 4 for itself, 2 along rows and columns, 1
-    along diagonals. Wherever the middle lies, the sixteenths come to 4 of red, 8 of green and 4
-    of blue, so that the order of the colours does not matter, no colour is interpolated, and
-    nothing is shifted. Values stay within the sensor's counts.
-    """
+    """Return what reads a mosaic of colours as grey."""
 
     def grey(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
         mosaic = decode(data, width_px, height_px, stride)
-        if min(mosaic.shape) < 2:
+        if min(mosaic.shape) < LEAST_GREY_PX:
             raise PixelError(f"{width_px} x {height_px} px are no mosaic of colours")
-        weights = np.array([1.0, 2.0, 1.0])
-        sums = cv2.sepFilter2D(  # mirrored at the border pixel: the colours stay in order
-            mosaic, cv2.CV_32F, weights, weights, borderType=cv2.BORDER_REFLECT_101
-        )
-        rounded = (sums + 8.0) / 16.0
-        return rounded.astype(np.uint8) if mosaic.dtype == np.uint8 else rounded.astype(np.uint16)
+        return grey_of_mosaic(mosaic)
 
     return grey
 

@@ -4,10 +4,10 @@ from errno import ENOTTY
 
 import numpy as np
 import pytest
+from rig_drivers.rate import RateWatch
 from rig_drivers.v4l2 import abi
 from rig_drivers.v4l2.camera import V4l2Camera
 from rig_drivers.v4l2.pixels import PixelError, to_grey
-from rig_drivers.v4l2.rate import RateWatch
 from rig_sim.clock import VirtualClock
 
 from rig.errors import ConfigError, DeviceLostError
@@ -77,7 +77,7 @@ def test_a_node_without_rates_is_believed_the_rate_of_the_profile():
 
 def test_a_node_without_rates_that_runs_at_another_is_told_with_both():
     device = FakeDevice(refused=dict(NO_RATES))
-    told = "asked for 30 Hz, frames come at 10 Hz, and the driver takes no rate"
+    told = "asked for 30 Hz, frames come at 10 Hz, and the device takes no rate"
     with camera_of(device, rate_hz=30.0) as camera, pytest.raises(ConfigError, match=told):
         for _ in range(10):
             camera.grab(2.0)
@@ -85,7 +85,7 @@ def test_a_node_without_rates_that_runs_at_another_is_told_with_both():
 
 @pytest.mark.parametrize(("found_hz", "is_right"), [(10.9, True), (11.2, False), (8.9, False)])
 def test_a_rate_may_be_a_tenth_off(found_hz: float, is_right: bool):
-    watch = RateWatch("camera", 10.0)
+    watch = RateWatch("camera", 10.0, advice="set it")
     for sequence in (0, 1, 3, 4):
         watch.see(sequence, 5.0 + sequence / found_hz)
     if is_right:

@@ -1,4 +1,4 @@
-"""The rate of a node that tells none, from its frames: what the profile says must be so."""
+"""The rate of a device that tells none, from its frames: what the profile says must be so."""
 
 from typing import Final
 
@@ -18,10 +18,12 @@ class RateWatch:
     Args:
         camera: named in the error.
         rate_hz: of the profile.
+        advice: what to do where frames come at another rate.
     """
 
-    def __init__(self, camera: str, rate_hz: float) -> None:
+    def __init__(self, camera: str, rate_hz: float, *, advice: str) -> None:
         self._camera = camera
+        self._advice = advice
         self._rate_hz = rate_hz
         self._first: tuple[int, float] | None = None
         self._is_settled = False
@@ -48,8 +50,7 @@ class RateWatch:
         if abs(found_hz / self._rate_hz - 1.0) > _TOLERANCE:
             raise ConfigError(
                 f"{self._camera}: asked for {self._rate_hz:.4g} Hz, frames come at "
-                f"{found_hz:.4g} Hz, and the driver takes no rate",
-                advice="set camera.rate_hz to that, or the sensor to the rate (its vertical "
-                "blanking: `v4l2-ctl --list-ctrls`)",
+                f"{found_hz:.4g} Hz, and the device takes no rate",
+                advice=self._advice,
             )
         self._is_settled = True

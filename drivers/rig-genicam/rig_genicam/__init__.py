@@ -1,0 +1,1 @@
+"""Industrial cameras for rig: GigE Vision and USB3 Vision by GenICam."""
