@@ -20,6 +20,7 @@ from rig.epipolar.placement.fit import find_placement
 from rig.epipolar.placement.placement import Placement, on_their_lines
 from rig.epipolar.plain import has_coarse_texture
 from rig.epipolar.prepare import Ready, closer_noise, prepare
+from rig.epipolar.rank import quantile
 from rig.epipolar.refine import FAR, NEAR, Stitched, refine
 from rig.epipolar.sampling import pad
 from rig.epipolar.search.cross_check import is_one_sided
@@ -51,6 +52,8 @@ _FROM_ROWS = 0.5
 _KNOWN_LABELS, _SURPRISE = 8.0, 0.5
 """Width of a window that a hypothesis is sure of; and share of such pixels that the views must
 contradict for it to be wrong altogether."""
+_FEW = 0.05
+"""Share of the pixels at either end of the slopes that do not count as their spread."""
 _COVERED_LABELS = 1.0
 """Difference of slope, labels, from which a nearer surface covers what is behind it."""
 
@@ -228,15 +231,22 @@ def _stepped(
 ) -> tuple[LineFits, Stitched]:
     """Step from the slopes (H, W) of a search, or of the last frame, to the lines.
 
-    Where only the range is narrow there was no last frame: the start came from a search all the
-    same, and one step keeps a part of its error. Near 0 that does not average out over the places
-    between pixels, so that there is a second one.
+    One step keeps a part of the search's error, which follows the place between the pixels. Where
+    the slopes of a picture take its views to all such places, that averages out; where they do not,
+    as between the views of one lens, all pixels share it, and there is a second step.
     """
-    start = NEAR if ready.effort is Effort.FULL else None
-    lines, stitched = step(slope_px=slope_px, found=start)
-    if ready.effort is Effort.FOLLOWED and ready.before is None:
-        return step(slope_px=window.hold(stitched[0]))
+    is_searched = ready.effort is Effort.FULL or ready.is_told
+    lines, stitched = step(slope_px=slope_px, found=NEAR if is_searched else None)
+    if is_searched and (ready.is_told or _is_one_place(stitched[0], ready.cameras)):
+        return step(slope_px=window.hold(_within_reach(slope_px, stitched[0], ready)))
     return lines, stitched
+
+
+def _is_one_place(slope_px: NDArray[np.float32], cameras: Cameras) -> bool:
+    """Whether slopes (H, W) take the outermost view to less than all places between pixels."""
+    some = slope_px[::4, ::4].ravel()
+    spread_px = quantile(some, 1.0 - _FEW) - quantile(some, _FEW)
+    return spread_px * LABEL_SHIFT_PX / cameras.step_px < 1.0
 
 
 def _within_reach(

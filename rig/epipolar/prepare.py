@@ -23,6 +23,13 @@ from rig.epipolar.search.window import Cameras, Window
 from rig.epipolar.steady import Steady, Turn
 from rig.epipolar.views import RectifiedViews
 
+_MOST_UNTOLD = 0.98
+"""Share of pixels without a hypothesis up to which one is taken for told."""
+_TOLD_PREFILTER_PX = 0.6
+"""Prefilter where a hypothesis tells the slopes. Splines through sharp clean edges lie beside them
+between the pixels, by more than the noise. A search needs such pictures all the same: they tell
+thin things and edges of slope, which a hypothesis does not look for."""
+
 
 @dataclass(frozen=True, slots=True)
 class Ready:
@@ -54,6 +61,8 @@ class Ready:
     """What the last multi-view told, where it belongs to these views and they are followed."""
     wide_share: float
     """Share of the pixels that the hypothesis does not know."""
+    is_told: bool
+    """Whether a hypothesis or a narrow range tells slopes somewhere, and no last frame."""
     warnings: tuple[str, ...]
     """What is to be said of the views."""
 
@@ -115,14 +124,21 @@ def prepare(
     else:
         cross, grading = cross or CrossNoise(), steady.grading
         images = grading.of(images)
-    scales = replace(grading.scales, misfit_px=cross.misfit_px, is_alike=cross.excess > 1)
+    is_told = steady is None and not views.is_colour and wide < _MOST_UNTOLD
+    scales = replace(
+        grading.scales,
+        misfit_px=cross.misfit_px,
+        is_alike=cross.excess > 1,
+        least_prefilter_px=_TOLD_PREFILTER_PX if is_told else 0.0,
+    )
     if views.beside_px is not None:
         images = on_their_lines(images, views.beside_px)
     smooth = _smoothed(images, scales.prefilter_px)
     splines = pad(smooth, cameras.x_steps, cameras.y_steps)
     return Ready(
         smooth, images, splines, cameras, scales, cross, mending, fitted.first, effort,
-        None if strange.any() else fitted.gains, grading, steady, wide, warnings,
+        None if strange.any() else fitted.gains, grading, steady, wide, is_told,
+        warnings,
     )  # fmt: skip
 
 

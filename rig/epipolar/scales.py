@@ -44,14 +44,17 @@ class Scales:
     """Whether the noise of neighbours is alike, so that smaller pictures keep most of it."""
     usual_texture: float = math.inf
     """What `texture` is at most away from few strong edges."""
+    least_prefilter_px: float = 0.0
+    """Sigma of the prefilter of clean images."""
 
     @property
     def prefilter_px(self) -> float:
-        """Sigma of the Gaussian prefilter: grows with noise over texture, 0 for clean images."""
+        """Sigma of the Gaussian prefilter: grows with noise over texture."""
         texture = min(self.texture, self.usual_texture)
         excess = self.noise / max(texture, 1e-6) - _PREFILTER_FROM_RATIO
         sigma_px = min(1.1 * max(excess, 0.0) ** 0.5, 1.5)
-        return sigma_px if sigma_px >= _SMALLEST_PREFILTER_PX else 0.0
+        noisy = sigma_px if sigma_px >= _SMALLEST_PREFILTER_PX else 0.0
+        return max(noisy, self.least_prefilter_px)
 
     @property
     def blur_px(self) -> int:
