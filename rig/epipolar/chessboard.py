@@ -16,7 +16,7 @@ from typing import TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.compute.bands import run_in_bands, run_side_by_side
+from rig.compute.bands import run_in_bands
 from rig.compute.kernel import kernel
 from rig.epipolar.rank import mean_over
 
@@ -43,21 +43,6 @@ def thinned(values: Values) -> Values:
     return thin
 
 
-def _other(values: Map) -> Map:
-    """The pixels of the other colour of a map (H, W): column 2 k + 1 - v % 2 of row v."""
-    thin = _empty(values)
-
-    def work(start: int, stop: int) -> None:
-        for odd in (0, 1):
-            rows = slice(2 * start + odd, 2 * stop, 2)
-            part, source = thin[rows], values[rows, 1 - odd :: 2]
-            part[:, : source.shape[1]] = source
-            part[:, source.shape[1] :] = 0
-
-    run_in_bands(work, _pairs_of_rows(values))
-    return thin
-
-
 def doubled(thin: Values, width: int) -> Values:
     """Return a map (H, width) where every pixel of the other colour is as the one beside it.
 
@@ -72,20 +57,6 @@ def doubled(thin: Values, width: int) -> Values:
         full[even, ::2], full[even, 1::2] = thin[even], thin[even, : width // 2]
         full[odd, 1::2], full[odd, 0] = thin[odd, : width // 2], thin[odd, 0]
         full[odd, 2::2] = thin[odd, : (width - 1) // 2]
-
-    run_in_bands(work, _pairs_of_rows(thin))
-    return cast("Values", full)
-
-
-def _joined(thin: Values, other: Values, width: int) -> Values:
-    """Join thin maps of both colours to one (H, width)."""
-    full = np.empty((len(thin), width), thin.dtype)
-    more, less = (width + 1) // 2, width // 2
-
-    def work(start: int, stop: int) -> None:
-        even, odd = slice(2 * start, 2 * stop, 2), slice(2 * start + 1, 2 * stop, 2)
-        full[even, ::2], full[even, 1::2] = thin[even, :more], other[even, :less]
-        full[odd, 1::2], full[odd, ::2] = thin[odd, :less], other[odd, :more]
 
     run_in_bands(work, _pairs_of_rows(thin))
     return cast("Values", full)
@@ -131,86 +102,164 @@ def filled(
     Returns:
         Slope and variance, (H, W) each; where no neighbour agrees, the slope before, and infinite.
     """
-    height, width = slope_px.shape
-    framed = np.full((_MAPS, height + 2, width + 2), -1, np.float32)
-    maps = slope_px, np.where(np.isfinite(variance), variance, -1), thin_start_px, thin_grey
-    other_start, other_grey = run_side_by_side(lambda: _other(start_px), lambda: _other(grey))
-    found = np.empty((2, height, width), np.float32)
-
-    def frame(first: int, last: int) -> None:
-        for target, values in zip(framed[first:last], maps[first:last], strict=True):
-            target[1:-1, 1:-1] = values
-
+    full = np.empty((2, *start_px.shape), np.float32)
     per_slope, per_grey = np.float32(1 / slope_gate_px), np.float32(1 / grey_gate)
 
     def work(start: int, stop: int) -> None:
-        _fill(framed, other_start, other_grey, per_slope, per_grey, start, stop, found)
+        _fill(
+            slope_px, variance, thin_start_px, thin_grey, start_px, grey, per_slope, per_grey,
+            start, stop, full,
+        )  # fmt: skip
 
-    run_in_bands(frame, _MAPS)
-    run_in_bands(work, height)
-    full = start_px.shape[1]
-    slope, spread = run_side_by_side(
-        lambda: _joined(slope_px, found[0], full), lambda: _joined(variance, found[1], full)
-    )
-    return slope, spread
+    run_in_bands(work, len(full[0]))
+    return full[0], full[1]
 
 
 @kernel()
 def _fill(
-    framed: NDArray[np.float32],
+    slope_px: NDArray[np.float32],
+    variance: NDArray[np.float32],
+    thin_start_px: NDArray[np.float32],
+    thin_grey: NDArray[np.float32],
     start_px: NDArray[np.float32],
     grey: NDArray[np.float32],
     per_slope: np.float32,
     per_grey: np.float32,
     first: int,
     last: int,
-    found: NDArray[np.float32],
+    full: NDArray[np.float32],
 ) -> None:
-    """Fill in slope and variance (2, H, W / 2) of the other colour.
+    """Fill in slope and variance (2, H, W) of both colours, row by row.
 
-    `framed` (4, H + 2, W / 2 + 2) has a variance of -1 where nothing is known, its frame included.
+    Three rows of the first colour go along, framed by a variance of -1, where nothing is known.
     """
-    thin = start_px.shape[1]
+    height, thin = slope_px.shape
+    width = start_px.shape[1]
+    rows = np.full((3, _MAPS, thin + 2), -1, np.float32)
+    own, found = np.empty((2, thin), np.float32), np.empty((2, thin), np.float32)
     sums, share = np.empty((3, thin), np.float32), np.empty(thin, np.float32)
-    for v in range(first, last):
+    for v in range(first - 1, last + 1):
+        new = rows[(v + 1) % 3]
+        if 0 <= v < height:
+            _frame(slope_px[v], variance[v], thin_start_px[v], thin_grey[v], new)
+        else:
+            new[_VARIANCE] = np.float32(-1)
+        if v <= first:
+            continue
+        here = v - 1
+        odd = here % 2
         sums[:] = np.float32(0)
-        weight, total, spread = sums[0], sums[1], sums[2]
+        _pick(start_px[here], grey[here], 1 - odd, own)
         for side in range(4):
-            row = v + (1, 1, 0, 2)[side]
-            column = (1 - v % 2, 2 - v % 2, 1, 1)[side]
-            there = framed[:, row, column : column + thin]
-            _weigh(there, start_px[v], grey[v], per_slope, per_grey, share)
-            for k in range(thin):
-                weight[k] += share[k]
-            slope, variance = there[_SLOPE], there[_VARIANCE]
-            for k in range(thin):
-                total[k] += share[k] * slope[k]
-            for k in range(thin):
-                spread[k] += share[k] * variance[k]
-        start, slope, variance = start_px[v], found[0, v], found[1, v]
-        for k in range(thin):
-            known = weight[k] > np.float32(1e-6)
-            slope[k] = total[k] / weight[k] if known else start[k]
-        for k in range(thin):
-            known = weight[k] > np.float32(1e-6)
-            variance[k] = spread[k] / weight[k] if known else np.float32(np.inf)
+            there = rows[(here + (1, 1, 0, 2)[side]) % 3]
+            at = (1 - odd, 2 - odd, 1, 1)[side]
+            _weigh(
+                there[_VARIANCE, at : at + thin], there[_START, at : at + thin],
+                there[_GREY, at : at + thin], own[0], own[1], per_slope, per_grey, share,
+            )  # fmt: skip
+            _add(share, there[_SLOPE, at : at + thin], there[_VARIANCE, at : at + thin], sums)
+        _share_out(sums, own[0], found)
+        for k in range(2):
+            mine = slope_px[here] if k == 0 else variance[here]
+            _join(mine, found[k], width, odd, full[k, here])
+
+
+@kernel()
+def _frame(
+    slope: NDArray[np.float32],
+    variance: NDArray[np.float32],
+    start: NDArray[np.float32],
+    grey: NDArray[np.float32],
+    framed: NDArray[np.float32],
+) -> None:
+    """Fill in a row of the first colour, its unknown variance as -1."""
+    thin, infinite = len(slope), np.float32(np.inf)
+    framed[_SLOPE, 1 : thin + 1] = slope
+    framed[_START, 1 : thin + 1] = start
+    framed[_GREY, 1 : thin + 1] = grey
+    inner = framed[_VARIANCE, 1 : thin + 1]
+    for k in range(thin):
+        inner[k] = variance[k] if variance[k] < infinite else np.float32(-1)
+
+
+@kernel()
+def _pick(
+    start: NDArray[np.float32], grey: NDArray[np.float32], first: int, own: NDArray[np.float32]
+) -> None:
+    """Fill in every second pixel of a row, from `first` on; what lies outside stays as it was."""
+    count = (len(start) - first + 1) // 2
+    slopes, greys = own[0], own[1]
+    starts, light = start[first:], grey[first:]
+    for k in range(count):
+        slopes[k] = starts[2 * k]
+    for k in range(count):
+        greys[k] = light[2 * k]
+
+
+@kernel()
+def _add(
+    share: NDArray[np.float32],
+    slope: NDArray[np.float32],
+    variance: NDArray[np.float32],
+    sums: NDArray[np.float32],
+) -> None:
+    weight, total, spread = sums[0], sums[1], sums[2]
+    for k in range(len(share)):
+        weight[k] += share[k]
+    for k in range(len(share)):
+        total[k] += share[k] * slope[k]
+    for k in range(len(share)):
+        spread[k] += share[k] * variance[k]
+
+
+@kernel()
+def _share_out(
+    sums: NDArray[np.float32], start: NDArray[np.float32], found: NDArray[np.float32]
+) -> None:
+    """Fill in the mean slope and variance; the slope before, and infinite, where none agrees."""
+    weight, total, spread = sums[0], sums[1], sums[2]
+    slope, variance = found[0], found[1]
+    for k in range(len(start)):
+        known = weight[k] > np.float32(1e-6)
+        slope[k] = total[k] / weight[k] if known else start[k]
+    for k in range(len(start)):
+        known = weight[k] > np.float32(1e-6)
+        variance[k] = spread[k] / weight[k] if known else np.float32(np.inf)
+
+
+@kernel()
+def _join(
+    mine: NDArray[np.float32],
+    other: NDArray[np.float32],
+    width: int,
+    odd: int,
+    full: NDArray[np.float32],
+) -> None:
+    """Fill in a row of the picture from both colours, the first one at even or at odd columns."""
+    even_ones, odd_ones = (other, mine) if odd else (mine, other)
+    for k in range(width // 2):
+        full[2 * k] = even_ones[k]
+        full[2 * k + 1] = odd_ones[k]
+    if width % 2:
+        full[width - 1] = even_ones[width // 2]
 
 
 @kernel()
 def _weigh(
-    there: NDArray[np.float32],
-    here: NDArray[np.float32],
-    light: NDArray[np.float32],
+    variance: NDArray[np.float32],
+    start: NDArray[np.float32],
+    grey: NDArray[np.float32],
+    own_start: NDArray[np.float32],
+    own_grey: NDArray[np.float32],
     per_slope: np.float32,
     per_grey: np.float32,
     share: NDArray[np.float32],
 ) -> None:
     """Fill in how much the neighbours on one side count."""
     one, zero = np.float32(1), np.float32(0)
-    variance, start, grey = there[_VARIANCE], there[_START], there[_GREY]
     for k in range(len(share)):
-        d = (start[k] - here[k]) * per_slope
-        g = (grey[k] - light[k]) * per_grey
+        d = (start[k] - own_start[k]) * per_slope
+        g = (grey[k] - own_grey[k]) * per_grey
         near, like = max(one - d * d, zero), one / (one + g * g)
         w = near * near * like * like
         share[k] = w if variance[k] >= zero else zero

@@ -1,7 +1,6 @@
 """Lowest, highest and middle slope of a neighbourhood, and its mean (OpenCV's filters, typed)."""
 
 from collections.abc import Callable
-from typing import cast
 
 import cv2
 import numpy as np
@@ -12,7 +11,7 @@ from rig.compute.kernel import kernel
 
 Map = NDArray[np.float32]
 
-_BAND_ROWS = 64
+_BAND_ROWS = 50
 
 
 def lowest(values: Map, radius_px: int) -> Map:
@@ -27,14 +26,36 @@ def highest(values: Map, radius_px: int) -> Map:
 
 def median_of_nine(values: Map) -> Map:
     """Median over 3 x 3 pixels, (H, W)."""
-    return cast("Map", cv2.medianBlur(values, 3))
+    return _by_rows(values, 1, lambda part: cv2.medianBlur(part, 3))
 
 
 def jumps(values: Map, over_px: float) -> NDArray[np.bool_]:
     """Whether a value and those beside, above and below it differ by more than this, (H, W)."""
-    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-    spread = _by_rows(values, 1, lambda part: cv2.morphologyEx(part, cv2.MORPH_GRADIENT, cross))
-    return spread > np.float32(over_px)
+    found, over = np.empty(values.shape, np.bool_), np.float32(over_px)
+    run_in_bands(lambda start, stop: _jump(values, over, start, stop, found), len(values))
+    return found
+
+
+@kernel()
+def _jump(
+    values: NDArray[np.float32],
+    over: np.float32,
+    start: int,
+    stop: int,
+    found: NDArray[np.bool_],
+) -> None:
+    """Spread over a pixel and its four neighbours; outside the picture lies the pixel itself."""
+    height, width = values.shape
+    row = np.empty(width + 2, np.float32)
+    for v in range(start, stop):
+        above, here, below = values[max(v - 1, 0)], values[v], values[min(v + 1, height - 1)]
+        row[1 : width + 1] = here
+        row[0], row[width + 1] = here[0], here[width - 1]
+        left, right, out = row[:width], row[2:], found[v]
+        for u in range(width):
+            low = min(above[u], below[u], here[u], left[u], right[u])
+            high = max(above[u], below[u], here[u], left[u], right[u])
+            out[u] = high - low > over
 
 
 def mean(values: Map, radius_px: int) -> Map:

@@ -1,3 +1,4 @@
+import os
 import threading
 
 import numpy as np
@@ -36,8 +37,18 @@ def test_an_error_in_any_band_comes_out(bad: int) -> None:
     run_in_bands(lambda _start, _stop: None, 10)
 
 
-@pytest.mark.parametrize(("count", "bands"), [(8, [3, 3, 2]), (2, [1, 1]), (1, [1]), (0, [0])])
-def test_there_is_a_band_for_every_thread_and_none_is_empty(
+@pytest.mark.parametrize(
+    ("count", "bands"),
+    [
+        (25, [3] + [2] * 11),
+        (12, [1] * 12),
+        (8, [1] * 8),
+        (2, [1, 1]),
+        (1, [1]),
+        (0, [0]),
+    ],
+)
+def test_there_are_four_bands_for_every_thread_and_none_is_empty(
     count: int, bands: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("RIG_THREADS", "3")
@@ -46,10 +57,68 @@ def test_there_is_a_band_for_every_thread_and_none_is_empty(
     assert sorted((stop - start for start, stop in found), reverse=True) == bands
 
 
+def test_a_thread_that_is_held_up_delays_only_its_own_band(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("RIG_THREADS", "2")
+    caller, done = threading.current_thread(), threading.Semaphore(0)
+    taken: dict[int, bool] = {}
+
+    def work(start: int, _stop: int) -> None:
+        is_caller = threading.current_thread() is caller
+        taken[start] = is_caller
+        if is_caller:
+            done.release()
+        else:  # the other one is stuck in its first band until the caller has done all others
+            assert all(done.acquire(timeout=30) for _ in range(7))
+
+    run_in_bands(work, 8)
+    assert sorted(taken) == list(range(8))
+    assert sum(taken.values()) >= 7
+
+
+def test_nothing_runs_on_when_the_caller_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RIG_THREADS", "2")
+    caller, begun, running = threading.current_thread(), threading.Event(), []
+
+    def work(_start: int, _stop: int) -> None:
+        if threading.current_thread() is caller:
+            assert begun.wait(30)
+            raise KeyboardInterrupt
+        running.append(1)
+        begun.set()
+        running.pop()
+
+    with pytest.raises(KeyboardInterrupt):
+        run_in_bands(work, 8)
+    assert running == []
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork")
+def test_a_forked_process_has_threads_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RIG_THREADS", "2")
+
+    def meet() -> None:
+        together = threading.Barrier(2, timeout=30)
+        run_in_bands(lambda _start, _stop: together.wait() and None, 2)
+
+    meet()
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            meet()
+            code = 0
+        finally:
+            os._exit(code)
+    assert os.waitpid(child, 0)[1] == 0
+
+
 def test_bands_run_on_as_many_threads_as_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RIG_THREADS", "3")
     together = threading.Barrier(3, timeout=30)  # broken, hence an error, if one of them is missing
-    names = set()
+    names: set[str] = set()
 
     def work(_start: int, _stop: int) -> None:
         together.wait()
