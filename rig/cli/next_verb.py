@@ -16,6 +16,7 @@ NEXT: dict[str, str] = {
     "check, fail": "do what stands behind the arrows, then rig check {profile} again",
     "calibrate": "rig sweep {profile}; without a stage rig capture {profile}",
     "calibrate, weak": "do what the verdict says, then rig calibrate {profile} again",
+    "calibrate, scene": "rig capture {profile} --slopes-only; a board makes depth sure",
     "import": "rig check {profile}, which says whether it fits the cameras of today",
     "sweep": "rig capture {profile}",
     "sweep, dry run": "rig sweep {profile}, without --dry-run",
