@@ -17,6 +17,8 @@ from rig.profile import Profile
 from rig.records import StoredCalibration
 from rig.unit import unit_of
 
+FROM_SCENE = "from_scene"
+"""Key of the quality of a calibration that was made from pictures of ordinary scenes."""
 _TOLD_AT_MM = 1000.0
 _K = 2.0
 
@@ -179,9 +181,14 @@ class Run:
         search_range_px(self.profile, self.optics)
 
     @property
+    def origin(self) -> str | None:
+        """What must be said of its calibration wherever it is used; None for nothing."""
+        return None if self.calibration is None else origin_of(self.calibration)
+
+    @property
     def notices(self) -> tuple[str, ...]:
         """What a person should know of the curve before using its depth, one line each."""
-        said: list[str] = []
+        said: list[str] = [] if self.origin is None else [self.origin]
         curve, wanted_mm = self.curve, self.profile.slopes.range_mm
         if curve is not None and curve.alone is not None:
             at_mm, error_pct = curve.error_pct
@@ -198,6 +205,16 @@ class Run:
                     f"{curve.title}, valid {near_mm:.0f}-{far_mm:.0f} mm: no depth outside of that"
                 )
         return tuple(said)
+
+
+def origin_of(calibration: StoredCalibration) -> str | None:
+    """Return what must be said of a calibration wherever it is used; None for nothing."""
+    if FROM_SCENE not in calibration.quality:
+        return None
+    return (
+        f"calibration {calibration.id} is from a scene; lengths by the profile's pitch, not "
+        "measured: a board tells them"
+    )
 
 
 def calibration_in_words(name: str) -> str:

@@ -11,6 +11,7 @@ from rig.geometry.sighting import Sighting
 from rig.optics.target import target_of
 from rig.profile import Profile
 from rig.records import StoredCalibration
+from rig.run import FROM_SCENE
 from rig.stored import LENSLETS
 from rig.targets import Target, find_target
 
@@ -50,7 +51,8 @@ def judge_geometry_drift(
     return judge_misfit(
         drift,
         profile,
-        calibration=f"calibration {stored.id} of {stored.created_at:%Y-%m-%d}",
+        calibration=f"calibration {stored.id} of {stored.created_at:%Y-%m-%d}"
+        + (" (from a scene, lengths by the pitch)" if FROM_SCENE in stored.quality else ""),
         warmer_degc=_difference(multiview.temperature_degc, stored.temperature_degc),
     )
 

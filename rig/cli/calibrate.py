@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from rig.cli.calibration_result import calibration_as_dict, calibration_lines
+from rig.cli.from_scene import SceneChoices, from_scenes, refuse_others
 from rig.cli.lenslet_result import lenslet_lines, lenslets_as_dict
 from rig.cli.next_verb import tell_next
 from rig.cli.options import AsJson, DatabaseUrl, Note, Overrides, ProfileName, Tags
@@ -84,6 +85,14 @@ def calibrate(
         ),
     ] = None,
     fix: Annotated[Fix, typer.Option("--fix", help="What of --start to keep as it is.")] = Fix.NONE,
+    from_scene: Annotated[
+        bool,
+        typer.Option(
+            "--from-scene",
+            help="Without a target, from ordinary scenes: how views are turned and where they "
+            "stand; focal lengths and lengths are those that are known already.",
+        ),
+    ] = False,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with the newest unfinished one of this rig.")
     ] = False,
@@ -102,6 +111,9 @@ def calibrate(
     and stops when more would not help. Every picture is on the disk before the next is taken:
     after Ctrl-C or a crash `--resume` goes on. Ends with the depth error that the calibration
     alone causes; exit code 3 says that the calibration is weak, and why.
+
+    With `--from-scene` no target is needed: features of ordinary scenes tell how the views are
+    turned, so that rows meet; depth is as true as the focal length and the pitch that are known.
 
     A camera behind lenslets is calibrated by a white picture: where its micro-images lie, and how
     much light reaches their pixels. Views of one lens need no more.
@@ -132,6 +144,23 @@ def calibrate(
         return
     if frames:
         profile = stored_pictures(profile, frames, Path.cwd())
+    if from_scene:
+        refuse_others(stage=stage, resume=resume, fix=fix is not Fix.NONE)
+        with open_store(database) as store:
+            from_scenes(
+                store,
+                SceneChoices(
+                    profile,
+                    profile_name,
+                    start,
+                    lens.value,
+                    pictures,
+                    note,
+                    tuple(tags or ()),
+                ),
+                as_json=as_json,
+            )
+        return
     with open_store(database) as store:
         begin = None if start is None else stored_rig(store, start).geometry
         request = CalibrateRequest(

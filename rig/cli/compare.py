@@ -90,6 +90,8 @@ def _show(comparison: "Comparison") -> None:
     from rig.compare.comparison import PAGE_FILE, distance_scores
 
     frames = comparison.frames
+    if comparison.origin is not None:
+        show(comparison.origin)
     show(
         f"{frames.count} multi-view{'s' if frames.count > 1 else ''}; matchers use the reference "
         f"view and {frames.partner}, {frames.baseline_steps:.4g} view steps apart"

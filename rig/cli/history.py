@@ -238,13 +238,22 @@ def _show_calibrations(calibrations: "list[StoredCalibration]") -> None:
             row.unit,
             row.created_at.astimezone().strftime(_WHEN),
             "" if row.active else "not taken by itself",
-            f"from {row.quality['imported']}" if "imported" in row.quality else "",
+            _source(row),
             _words(row.note, row.provenance),
         ]
         for row in calibrations
     ]
     _show_known(cells, ("calibration", "rig", "unit", "made", "state", "source", "note"))
     show()
+
+
+def _source(row: "StoredCalibration") -> str:
+    """Say where a calibration comes from, where it is not from a target."""
+    from rig.run import FROM_SCENE
+
+    if FROM_SCENE in row.quality:
+        return "from a scene, lengths by the pitch"
+    return f"from {row.quality['imported']}" if "imported" in row.quality else ""
 
 
 _OFTEN_EMPTY = ("unit", "frames", "note")

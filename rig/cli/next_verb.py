@@ -16,6 +16,7 @@ NEXT: dict[str, str] = {
     "check, fail": "do what stands behind the arrows, then rig check {profile} again",
     "calibrate": "rig sweep {profile}; without a stage rig capture {profile}",
     "calibrate, weak": "do what the verdict says, then rig calibrate {profile} again",
+    "calibrate, scene": "rig capture {profile} --slopes-only; a board makes depth sure",
     "import": "rig check {profile}, which says whether it fits the cameras of today",
     "import, weak": "rig calibrate {profile}, or do what the verdict says where it was made",
     "sweep": "rig capture {profile}",

@@ -140,6 +140,8 @@ def sweep(
         else:
             job = new_sweep(store, profile, request, calibration)
             job = replace(job, note=note, tags=tuple(tags or ()))
+        if job.run.origin is not None:
+            tell(job.run.origin)
         if job.is_taken:
             result = conclude_taken(job, store, tell)
         else:

@@ -104,6 +104,7 @@ def compare_methods(
         distances=() if sweep is None else _distances(run, store, sweep, progress),
         curves=() if sweep is None else _curves(run, store, sweep),
         folder=folder,
+        origin=run.origin,
     )
     _write(comparison)
     return comparison

@@ -7,6 +7,7 @@ from rig.profile.cameras import (
     RecordingCameraConfig,
     SimCameraConfig,
 )
+from rig.profile.intrinsics import IntrinsicsConfig
 from rig.profile.lenslet_camera import RAW_VIEW, LensletCameraConfig
 from rig.profile.lenslet_world import LensletWorldConfig
 from rig.profile.models import Profile, SweepConfig
@@ -43,6 +44,7 @@ __all__ = [
     "FirmwareConfig",
     "FolderCameraConfig",
     "GrblStageConfig",
+    "IntrinsicsConfig",
     "LensletCameraConfig",
     "LensletWorldConfig",
     "ManualStageConfig",

@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from rig.limits import MOST_SAMPLES, MOST_STOPS
 from rig.profile.by_kind import CameraSection, StageSection
+from rig.profile.intrinsics import IntrinsicsConfig
 from rig.profile.model import Model, NotNegative, Positive, Span
 from rig.profile.processing import ProcessingConfig
 from rig.profile.scan_camera import ScanCameraConfig, same_views, scan_views
@@ -148,6 +149,8 @@ class Profile(Model):
     """Search range of the dense estimator."""
     processing: ProcessingConfig = ProcessingConfig()
     """What captures do to slopes and depth once they are measured."""
+    intrinsics: IntrinsicsConfig | None = None
+    """Focal lengths as stated; for calibrations from a scene."""
     prior_sigma: PriorSigmaConfig | None = None
     """For a calibration without a covariance; by default as its source is known to be."""
     quality: QualityConfig = QualityConfig()
@@ -220,6 +223,9 @@ class Profile(Model):
             if set(by_view) != names:
                 odd = ", ".join(sorted(set(by_view) ^ names))
                 raise ValueError(f"camera.{key} must name every view once, differs at: {odd}")
+        if self.intrinsics is not None and set(self.intrinsics.by_view) not in (set(), names):
+            odd = ", ".join(sorted(set(self.intrinsics.by_view) ^ names))
+            raise ValueError(f"intrinsics.focal_px must name every view once, differs at: {odd}")
         if self.world is not None:
             unknown = sorted(set(self.world.view_errors) - names)
             if unknown:

@@ -1,0 +1,1 @@
+"""What ordinary scenes tell of the cameras: features that views share, and what fits them."""
