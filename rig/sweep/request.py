@@ -32,8 +32,9 @@ def sweep_setup(profile: Profile) -> SweepSetup:
     """Return the parts of the profile that a sweep needs.
 
     Raises:
-        ConfigError: one of them is missing in the profile.
+        ConfigError: one of them is missing in the profile, or it has one view only.
     """
+    profile.require_two_views("a sweep")
     stage, target, config = profile.stage, profile.target, profile.sweep
     if stage is None or target is None or config is None:
         parts = {"stage": stage, "target": target, "sweep": config}
