@@ -22,7 +22,14 @@ from rig.profile.stages import (
     StageConfig,
     ZaberStageConfig,
 )
-from rig.profile.targets import CharucoConfig, CheckerboardConfig, TargetConfig
+from rig.profile.targets import (
+    AprilGridConfig,
+    AsymmetricCirclesConfig,
+    CharucoConfig,
+    CheckerboardConfig,
+    SquaresConfig,
+    TargetConfig,
+)
 from rig.profile.v4l2_cameras import V4l2CameraConfig
 from rig.profile.views import ViewConfig
 from rig.profile.world import (
@@ -35,6 +42,8 @@ from rig.profile.world import (
 
 __all__ = [
     "RAW_VIEW",
+    "AprilGridConfig",
+    "AsymmetricCirclesConfig",
     "CameraConfig",
     "CarriageConfig",
     "CharucoConfig",
@@ -59,6 +68,7 @@ __all__ = [
     "ScanCameraConfig",
     "SerialStageConfig",
     "SimCameraConfig",
+    "SquaresConfig",
     "StageConfig",
     "SweepConfig",
     "TargetConfig",
