@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rig.arrays import Float
 
-_FINE = 6
+_FINE = 4
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,8 @@ _MOST_BLUR_BITS = 0.5
 _BLUR_REACH = 0.18
 """Half the length of the profiles that show the blur, in sides: no longer than a border."""
 _BLUR_SAMPLES = 25
+_ALIKE = 0.3
+"""Largest difference in size of quadrilaterals of one kind, as a logarithm."""
 _MOST_OFF = 0.15
 """Relative error of the gap between tags that perspective does not explain."""
 _FEWEST_GAPS = 3
@@ -128,16 +130,19 @@ def _unread(picture: Picture, quads_px: Float, grid: AprilGrid, asked: str) -> T
     if len(quads_px) < 2 * _FEWEST_TAGS:
         return None
     sides_px = np.linalg.norm(quads_px - np.roll(quads_px, 1, axis=1), axis=2).mean(axis=1)
-    side_px = float(np.median(sides_px))
+    # Tags are of one size; outlines of the paper and of other things are not.
+    alike = np.abs(np.log(sides_px[:, None] / sides_px)) < _ALIKE
+    alike = alike[alike.sum(axis=1).argmax()]
+    side_px = float(np.median(sides_px[alike]))
     bit_px = side_px / grid.bits_across
-    shown = f"found {len(quads_px)} dark quadrilaterals with sides of {side_px:.0f} px"
+    shown = f"found {int(alike.sum())} dark quadrilaterals with sides of {side_px:.0f} px"
     if bit_px < _LEAST_BIT_PX:
         return TargetError(
             f"{asked}, {shown}, bits of {bit_px:.1f} px; at least {_LEAST_BIT_PX:g} px are needed",
             advice="bring the board nearer or use larger tags",
             reason="too-small",
         )
-    blur_px = _blur_px(picture, quads_px)
+    blur_px = _blur_px(picture, quads_px[alike])
     if blur_px > _MOST_BLUR_BITS * bit_px:
         return TargetError(
             f"{asked}, {shown} but edges blurred by {blur_px:.1f} px on bits of {bit_px:.1f} px: "

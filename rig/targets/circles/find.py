@@ -15,7 +15,7 @@ from rig.targets.pyramid import Image, from_level, pyramid
 _LEVELS = 4
 _LEAST_GAP_PX = 4.0
 """Between two circles: with less, the edges of neighbours run together."""
-_MOST_BLUR = 0.25
+_MOST_BLUR = 0.2
 """Sigma of the edges over the gap, above which they do."""
 _MOST_MOVED = 0.3
 """From where an outline says to the centroid, in radii."""
