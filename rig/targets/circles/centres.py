@@ -8,6 +8,7 @@ blurred. That is not where the circle's centre appears: see `rig.geometry.circle
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rig.arrays import Float
 from rig.targets.circles.grid import CircleGrid
@@ -18,6 +19,12 @@ _BLOB_GAP, _RING_GAP = 0.42, 0.62
 next circle begins at 1."""
 _WIDE_EDGE = 2.563
 """Width of a blurred edge from 10 to 90 per cent, in its sigmas."""
+_ROUNDS = 6
+_MOST_SIGMAS = 4.0
+_LEAST_NOISE = 0.3
+"""Grey levels: rounding, in pictures without other noise."""
+_LEAST_PAPER = 0.6
+"""Share of the ring that must be paper."""
 _LEAST_RING = 12
 """Pixels that fix a plane with something to spare."""
 
@@ -86,7 +93,9 @@ def _measure(
     if ring.sum() < _LEAST_RING or not core.any():
         return (np.nan,) * 5
     design = np.stack([away[..., 0], away[..., 1], np.ones_like(x)], axis=-1)
-    plane, _, _, _ = np.linalg.lstsq(design[ring], grey[ring], rcond=None)
+    plane = _paper(design, grey, ring)
+    if plane is None:
+        return (np.nan,) * 5
     paper = design @ plane
     noise = float(np.std(grey[ring] - paper[ring])) / max(float(plane[2]), 1e-9)
     taken = 1.0 - grey / np.maximum(paper, 1e-9)
@@ -106,3 +115,22 @@ def _measure(
     blur_px = float(((share > 0.1) & (share < 0.9)).sum()) / around_px / _WIDE_EDGE
     x_px, y_px = (place_px + offset).tolist()
     return x_px, y_px, float(sigma_px), blur_px, deep * float(plane[2])
+
+
+def _paper(design: Float, grey: Float, ring: NDArray[np.bool_]) -> Float | None:
+    """Plane (3,) of the paper's light; takes what is no paper out of the ring.
+
+    None where too little of the ring is left.
+    """
+    asked = int(ring.sum())
+    for _ in range(_ROUNDS):
+        plane, _, _, _ = np.linalg.lstsq(design[ring], grey[ring], rcond=None)
+        away = np.abs(grey - design @ plane)
+        scale = 1.4826 * float(np.median(away[ring])) + _LEAST_NOISE
+        stranger = ring & (away > _MOST_SIGMAS * scale)
+        if not stranger.any():
+            return plane
+        ring &= ~stranger
+        if ring.sum() < max(_LEAST_RING, _LEAST_PAPER * asked):
+            return None
+    return plane
