@@ -214,8 +214,9 @@ def optics_of(profile: Profile, calibration: StoredCalibration | None) -> Optics
 
     Raises:
         ConfigError: the calibration is of another rig, of other views, of another stage, or of a
-            version that this program does not read.
+            version that this program does not read; or the rig has one view only.
     """
+    profile.require_two_views("depth")
     if calibration is None:
         return nominal_optics(profile)
     if calibration.rig != profile.name:

@@ -7,6 +7,7 @@ import numpy as np
 
 from rig.calibrate.sight import Tally
 from rig.geometry.bundle import Calibration
+from rig.geometry.bundle.direction_error import direction_error_of
 from rig.geometry.bundle.result import PoseAdvice
 from rig.geometry.slider import Sliders
 
@@ -28,6 +29,16 @@ class CalibrationResult:
     """What carries the camera; None where it stands."""
 
 
+def error_text(calibration: Calibration) -> str:
+    """The headline in words, k = 2 where boards were seen."""
+    if len(calibration.geometry.names) == 1:
+        return f"directions to {direction_error_of(calibration).seen_px:.3f} px"
+    errors = ", ".join(
+        f"{e.seen_pct:.3f} % at {e.distance_mm / 1000:g} m" for e in calibration.depth_error
+    )
+    return f"depth error {errors or 'not known'}"
+
+
 def quality_of(calibration: Calibration, sliders: Sliders | None = None) -> dict[str, object]:
     """Return the numbers that judge a calibration, as plain data."""
     epipolar = calibration.epipolar
@@ -42,6 +53,7 @@ def quality_of(calibration: Calibration, sliders: Sliders | None = None) -> dict
             }
             for error in calibration.depth_error
         ],
+        **_directions(calibration),
         "reprojection_px": {
             "fit_rms": calibration.rms_px,
             "held_out_rms": calibration.held_out_rms_px,
@@ -54,11 +66,27 @@ def quality_of(calibration: Calibration, sliders: Sliders | None = None) -> dict
             "worst_scale": float(calibration.motion.picture_scale.max()),
         },
         **({} if sliders is None else {"sliders": _as_dict(sliders)}),
-        "epipolar_px": {
+        "epipolar_px": None
+        if len(calibration.geometry.names) == 1
+        else {
             "mean": epipolar.mean_px,
             "p95": epipolar.p95_px,
             "max": epipolar.max_px,
         },
+    }
+
+
+def _directions(calibration: Calibration) -> dict[str, object]:
+    """What stands for the depth error of one camera alone."""
+    if len(calibration.geometry.names) > 1 or calibration.geometry.covariance is None:
+        return {}
+    error = direction_error_of(calibration)
+    return {
+        "direction_error_px": {
+            "seen": error.seen_px,
+            "picture": error.picture_px,
+            "worst": error.worst_px,
+        }
     }
 
 

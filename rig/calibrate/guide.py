@@ -8,6 +8,7 @@ import numpy as np
 from rig.calibrate.conclude import pose_text
 from rig.calibrate.coverage import Coverage
 from rig.geometry.bundle import Calibration
+from rig.geometry.bundle.direction_error import direction_error_of
 
 FEWEST_PICTURES = 12
 """Pictures before the first solve."""
@@ -53,7 +54,7 @@ def coverage_text(coverage: Coverage, names: Sequence[str]) -> str:
         for i in range(len(names))
         for j in range(i + 1, len(names))
     ]
-    words = f"area {area}; pairs {', '.join(pairs)}"
+    words = f"area {area}" + (f"; pairs {', '.join(pairs)}" if pairs else "")
     if not len(coverage.distances_mm):
         return words
     low, high = coverage.tilts_deg.min(axis=0), coverage.tilts_deg.max(axis=0)
@@ -74,9 +75,16 @@ def enough(solves: Sequence[Calibration]) -> bool:
     """Whether the latest solves say that more pictures would not help much."""
     if len(solves) < 2 or not solves[-1].verdict.good:
         return False
-    before, now = (solve.depth_error[JUDGED_AT].picture_pct for solve in solves[-2:])
+    before, now = map(_judged_error, solves[-2:])
     fell = 1.0 - now / before if before > 0 else 0.0
     return bool(np.isfinite(now)) and fell < _LITTLE_GAIN
+
+
+def _judged_error(calibration: Calibration) -> float:
+    """What pictures make smaller: depth error in per cent, of one camera that of directions, px."""
+    if len(calibration.geometry.names) == 1:
+        return direction_error_of(calibration).picture_px
+    return calibration.depth_error[JUDGED_AT].picture_pct
 
 
 def _pair(coverage: Coverage, names: Sequence[str], reference: int) -> str | None:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from rig.calibrate.album import Album
 from rig.calibrate.collection import Collection
+from rig.calibrate.conclude import error_text
 from rig.calibrate.coverage import Coverage, coverage_of
 from rig.calibrate.guide import (
     FEWEST_PICTURES,
@@ -169,13 +170,8 @@ class _Guide:
             self.tell(f"{count} pictures do not do yet: {error}")
             return
         self.solves.append(solve)
-        self.errors += ((count, solve.depth_error[JUDGED_AT].seen_pct),)
-        self.tell(
-            f"{count} pictures: depth error "
-            + ", ".join(
-                f"{e.seen_pct:.3f} % at {e.distance_mm / 1000:g} m" for e in solve.depth_error
-            )
-            + f" (k=2); {solve.verdict}"
-        )
+        if solve.depth_error:  # one camera alone has none
+            self.errors += ((count, solve.depth_error[JUDGED_AT].seen_pct),)
+        self.tell(f"{count} pictures: {error_text(solve)} (k=2); {solve.verdict}")
         if advice.covered:
             self.advice = next_pose(solve) or advice.text

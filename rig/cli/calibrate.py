@@ -191,4 +191,5 @@ def calibrate(
         )
         tell_next("calibrate, weak", as_json=as_json, profile=profile_name)
         raise typer.Exit(3)
-    tell_next("calibrate", as_json=as_json, profile=profile_name)
+    after = "calibrate, one camera" if len(profile.views) == 1 else "calibrate"
+    tell_next(after, as_json=as_json, profile=profile_name, calibration=result.calibration_id)

@@ -62,6 +62,8 @@ def calibration_lines(result: "CalibrationResult") -> list[str]:
     from rig.calibrate.conclude import pose_text, slider_lines
 
     calibration, verdict = result.calibration, result.calibration.verdict
+    if len(calibration.geometry.names) == 1:
+        return _one_camera_lines(result)
     epipolar = calibration.epipolar
     errors = ", ".join(
         f"{error.seen_pct:.3f} % at {error.distance_mm / 1000:g} m"
@@ -85,6 +87,41 @@ def calibration_lines(result: "CalibrationResult") -> list[str]:
     if not verdict.good:
         lines += [f"would help: {pose_text(pose)}" for pose in verdict.poses]
     return [*lines, f"stored in {result.database}", f"report {result.report}"]
+
+
+def _one_camera_lines(result: "CalibrationResult") -> list[str]:
+    """The result of one camera alone: its lens first, as other tools tell it, with k = 2."""
+    import numpy as np
+
+    from rig.calibrate.conclude import quality_of
+
+    calibration, verdict = result.calibration, result.calibration.verdict
+    (camera,), covariance = calibration.geometry.cameras, calibration.geometry.covariance
+    values = (camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px)
+    twice = [None] * 4 if covariance is None else (2 * np.sqrt(np.diag(covariance)[:4])).tolist()
+    numbers = ", ".join(
+        f"{name} {value:.2f}" + ("" if k2 is None else f" +- {k2:.2f}")
+        for name, value, k2 in zip(("fx", "fy", "cx", "cy"), values, twice, strict=True)
+    )
+    error = quality_of(calibration).get("direction_error_px")
+    told = error if isinstance(error, dict) else {}
+    coefficients = ", ".join(f"{value:.6g}" for value in camera.coefficients)
+    return [
+        f"calibration {result.calibration_id} of {result.rig}: {verdict}",
+        f"{numbers} px (k=2); lens {calibration.lens} {coefficients}".rstrip(),
+        *(
+            f"directions known to {error['seen']:.3f} px, k=2 where boards were seen (over the "
+            f"whole picture {error['picture']:.3f}, at the worst place {error['worst']:.3f} px)"
+            for error in (told,)
+            if error
+        ),
+        f"reprojection rms {calibration.rms_px:.3f} px, {calibration.held_out_rms_px:.3f} px "
+        f"on held-out pictures; {len(calibration.pictures)} pictures",
+        *tally_lines(result.tally),
+        *(f"note: {note}" for note in verdict.notes),
+        f"stored in {result.database}",
+        f"report {result.report}",
+    ]
 
 
 def _stage_lines(result: "CalibrationResult") -> list[str]:

@@ -15,6 +15,7 @@ NEXT: dict[str, str] = {
     "check, no move": "rig check {profile} with its stage, once the way of the carriage is clear",
     "check, fail": "do what stands behind the arrows, then rig check {profile} again",
     "calibrate": "rig sweep {profile}; without a stage rig capture {profile}",
+    "calibrate, one camera": "rig export {calibration} --format opencv, or ros",
     "calibrate, weak": "do what the verdict says, then rig calibrate {profile} again",
     "calibrate, scene": "rig capture {profile} --slopes-only; a board makes depth sure",
     "import": "rig check {profile}, which says whether it fits the cameras of today",

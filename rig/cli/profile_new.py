@@ -53,7 +53,12 @@ def new_profile(
     ] = None,
     views: Annotated[
         int | None,
-        typer.Option(min=2, max=5, help="How many views.", show_default="what is there"),
+        typer.Option(
+            min=1,
+            max=5,
+            help="How many views; 1 to calibrate one camera alone.",
+            show_default="what is there",
+        ),
     ] = None,
     layout: Annotated[
         str | None,
@@ -108,7 +113,7 @@ def new_profile(
             camera=camera,
             views=views,
             stage=None if stage == NO_STAGE else stage,
-            has_stage=stage != NO_STAGE,
+            has_stage=stage != NO_STAGE and (stage is not None or views != 1),
             layout=layout,
         )
         text = profile_text(recipe)
@@ -116,5 +121,6 @@ def new_profile(
     profile = load_profile(str(path))
     show(str(path))
     stage_kind = "no stage" if profile.stage is None else f"stage {profile.stage.kind}"
-    tell(f"{len(profile.views)} views, camera {profile.camera.kind}, {stage_kind}")
+    count = len(profile.views)
+    tell(f"{count} view{'s' if count > 1 else ''}, camera {profile.camera.kind}, {stage_kind}")
     tell_next("profile new", as_json=False, profile=path if out else name)

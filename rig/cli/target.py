@@ -22,6 +22,8 @@ class Kind(StrEnum):
 
     CHECKERBOARD = "checkerboard"
     CHARUCO = "charuco"
+    APRILGRID = "aprilgrid"
+    CIRCLES = "asymmetric_circles"
 
 
 def target(
@@ -47,7 +49,8 @@ def target(
         typer.Option(
             "--size",
             metavar="COLUMNSxROWS",
-            help="Inner corners of a checkerboard, squares of a ChArUco board.",
+            help="Inner corners of a checkerboard, squares of a ChArUco board, tags of an "
+            "AprilGrid, circles in a row and rows.",
         ),
     ] = "9x6",
     square_mm: Annotated[
@@ -61,6 +64,35 @@ def target(
             callback=finite,
             help="Side of a marker.",
             show_default="3/4 of a square",
+        ),
+    ] = None,
+    tag_mm: Annotated[
+        float,
+        typer.Option("--tag-mm", min=0.0, callback=finite, help="Side of a tag of an AprilGrid."),
+    ] = 30.0,
+    spacing: Annotated[
+        float,
+        typer.Option(
+            "--spacing", min=0.0, callback=finite, help="Gap between tags over the side of a tag."
+        ),
+    ] = 0.3,
+    first_tag: Annotated[
+        int, typer.Option("--first-tag", min=0, help="Number of the tag at the bottom left.")
+    ] = 0,
+    spacing_mm: Annotated[
+        float,
+        typer.Option(
+            "--spacing-mm", min=0.0, callback=finite, help="From one row of circles to the next."
+        ),
+    ] = 18.0,
+    diameter_mm: Annotated[
+        float | None,
+        typer.Option(
+            "--diameter-mm",
+            min=0.0,
+            callback=finite,
+            help="Of a circle.",
+            show_default="0.8 of --spacing-mm",
         ),
     ] = None,
     dictionary: Annotated[
@@ -90,9 +122,11 @@ def target(
 ) -> None:
     """Draw a target to scale, to be printed at 100 %.
 
-    On it stand the size of its squares and a ruler of 100 mm: measure that, and a few squares, and
+    On it stand its sizes and a ruler of 100 mm: measure that, and a few squares, tags or rows, and
     glue the print onto something flat.
     """
+    from rig.targets import AprilGrid, CharucoBoard, CircleGrid
+    from rig.targets.checkerboard import Checkerboard
     from rig.targets.printing.board_areas import board_size_mm
     from rig.targets.printing.sheet import draw_sheet, page_mm
     from rig.targets.printing.write import write_sheet
@@ -102,7 +136,21 @@ def target(
     if profile_name is not None:
         board = _of_profile(profile_name, overrides or [])
     else:
-        board = _asked(kind, size, square_mm, marker_mm, dictionary, inverted, legacy)
+        with _from_options():
+            columns, rows = _counts(size)
+            match kind:
+                case Kind.APRILGRID:
+                    board = AprilGrid(columns, rows, tag_mm, spacing, first_tag=first_tag)
+                case Kind.CIRCLES:
+                    wide_mm = 0.8 * spacing_mm if diameter_mm is None else diameter_mm
+                    board = CircleGrid(columns, rows, spacing_mm, wide_mm)
+                case Kind.CHARUCO:
+                    marker_mm = 0.75 * square_mm if marker_mm is None else marker_mm
+                    board = CharucoBoard(
+                        columns, rows, square_mm, marker_mm, dictionary, inverted, legacy
+                    )
+                case _:
+                    board = Checkerboard(columns, rows, square_mm)
     with _from_options():
         drawing = draw_sheet(board, page_mm(page), border_mm)
     write_sheet(out, drawing, dots_per_in)
@@ -113,7 +161,7 @@ def target(
                 "file": str(out),
                 "page_mm": [drawing.width_mm, drawing.height_mm],
                 "board_mm": [width_mm, height_mm],
-                "square_mm": board.square_mm,
+                **({"square_mm": board.square_mm} if hasattr(board, "square_mm") else {}),
             }
         )
         return
@@ -137,28 +185,11 @@ def _of_profile(name: str, overrides: list[str]) -> "Target":
     return target_of(profile.target)
 
 
-def _asked(
-    kind: Kind | None,
-    size: str,
-    square_mm: float,
-    marker_mm: float | None,
-    dictionary: str,
-    inverted: bool,
-    legacy: bool,
-) -> "Target":
-    from rig.targets import CharucoBoard
-    from rig.targets.checkerboard import Checkerboard
-
+def _counts(size: str) -> tuple[int, int]:
     columns, cross, rows = size.lower().partition("x")
-    if not (cross and columns.isdigit() and rows.isdigit()):
+    if not (cross and columns.isdecimal() and rows.isdecimal()):
         raise typer.BadParameter(f"--size {size}: write COLUMNSxROWS, such as 9x6")
-    marker_mm = 0.75 * square_mm if marker_mm is None else marker_mm
-    with _from_options():
-        if kind is Kind.CHECKERBOARD:
-            return Checkerboard(int(columns), int(rows), square_mm)
-        return CharucoBoard(
-            int(columns), int(rows), square_mm, marker_mm, dictionary, inverted, legacy
-        )
+    return int(columns), int(rows)
 
 
 @contextmanager

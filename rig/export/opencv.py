@@ -2,7 +2,8 @@
 
 Lengths in mm. `views` holds per view its name, picture size, camera matrix, distortion (OpenCV's
 order) and model, and the rotation and translation that take points of the reference frame into the
-camera. What others write is read by `rig.export.opencv_found`.
+camera. What others write is read by `rig.export.opencv_found`. One camera alone is also written as
+`camera.yml`, as the calibration sample writes it.
 
 OpenCV writes the files; reading is done here, because OpenCV's own parser can hang on damaged ones.
 """
@@ -38,11 +39,12 @@ from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 
 FILE = "rig.yml"
+_ONE = "camera.yml"
 _SAMPLE = ("intrinsics.yml", "extrinsics.yml")
 
 
 def write(geometry: RigGeometry, folder: Path) -> None:
-    """Write `rig.yml`, and for two views `intrinsics.yml` and `extrinsics.yml`, too.
+    """Write `rig.yml`, for two views `intrinsics.yml` and `extrinsics.yml`, for one `camera.yml`.
 
     Raises:
         StoreError: a file cannot be written.
@@ -65,6 +67,8 @@ def write(geometry: RigGeometry, folder: Path) -> None:
         storage.endWriteStruct()
     storage.endWriteStruct()
     write_bytes(folder / FILE, storage.releaseAndGetString().encode())
+    if len(geometry.names) == 1:
+        _write_one(geometry.cameras[0], folder)
     if len(geometry.names) == 2 and all(c.lens != "fisheye" for c in geometry.cameras):
         _write_sample(geometry, folder)
 
@@ -156,6 +160,17 @@ def _read(path: Path) -> fields.Fields:
             return fields.read_json(path)
         case _:
             return fields.read_yaml(path, _Loader)
+
+
+def _write_one(camera: CameraModel, folder: Path) -> None:
+    """Write one camera as OpenCV's calibration sample does, which most programs read."""
+    storage = cv2.FileStorage(_ONE, cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
+    storage.write("image_width", camera.width_px)
+    storage.write("image_height", camera.height_px)
+    storage.write("fisheye_model", int(camera.lens == "fisheye"))
+    storage.write("camera_matrix", camera.matrix)
+    storage.write("distortion_coefficients", _row(camera).T)
+    write_bytes(folder / _ONE, storage.releaseAndGetString().encode())
 
 
 def _write_sample(geometry: RigGeometry, folder: Path) -> None:

@@ -43,26 +43,20 @@ _LENSES: dict[str, tuple[LensModel, int]] = {
 
 
 def write(geometry: RigGeometry, folder: Path) -> None:
-    """Write `NAME.yaml` per view and `transforms.yaml`.
+    """Write `NAME.yaml` per view and `transforms.yaml`; of one view alone its file.
 
     Raises:
         ConfigError: all views stand at one place.
         StoreError: a file cannot be written.
     """
+    if len(geometry.names) == 1:
+        _write_one(geometry.names[0], geometry.cameras[0], folder)
+        return
     pitch_mm = float(np.linalg.norm(geometry.centres_mm(), axis=1).max())
     common = rectify(geometry, pitch_mm)
     for view, (name, camera) in enumerate(zip(geometry.names, geometry.cameras, strict=True)):
-        content: dict[str, object] = {
-            "image_width": camera.width_px,
-            "image_height": camera.height_px,
-            "camera_name": name,
-            "camera_matrix": _matrix(camera.matrix),
-            "distortion_model": _MODEL_OF[camera.lens],
-            "distortion_coefficients": _matrix(np.array([camera.coefficients or (0.0,) * 5])),
-            "rectification_matrix": _matrix(common.camera_from_common(view).T),
-            "projection_matrix": _matrix(common.projection_m(view)),
-        }
-        _write(folder / f"{name}.yaml", content)
+        turn, projection_m = common.camera_from_common(view).T, common.projection_m(view)
+        _write(folder / f"{name}.yaml", _camera_info(name, camera, turn, projection_m))
     reference = geometry.names[geometry.reference]
     transforms = [
         _transform(reference, name, pose.inverse())
@@ -102,6 +96,27 @@ def read(folder: Path) -> RigGeometry:
     else:
         reference, poses = _from_projections(entries)
     return RigGeometry(names, reference, cameras, poses)
+
+
+def _write_one(name: str, camera: CameraModel, folder: Path) -> None:
+    """Write the one file of one camera alone: it is not turned, and keeps its focal length."""
+    projection_m = np.concatenate([camera.matrix, np.zeros((3, 1))], axis=1)
+    _write(folder / f"{name}.yaml", _camera_info(name, camera, np.eye(3), projection_m))
+
+
+def _camera_info(
+    name: str, camera: CameraModel, rectification: Float, projection_m: Float
+) -> dict[str, object]:
+    return {
+        "image_width": camera.width_px,
+        "image_height": camera.height_px,
+        "camera_name": name,
+        "camera_matrix": _matrix(camera.matrix),
+        "distortion_model": _MODEL_OF[camera.lens],
+        "distortion_coefficients": _matrix(np.array([camera.coefficients or (0.0,) * 5])),
+        "rectification_matrix": _matrix(rectification),
+        "projection_matrix": _matrix(projection_m),
+    }
 
 
 def _write(path: Path, content: dict[str, object]) -> None:

@@ -23,7 +23,14 @@ from rig.profile.stages import (
     StageConfig,
     ZaberStageConfig,
 )
-from rig.profile.targets import CharucoConfig, CheckerboardConfig, TargetConfig
+from rig.profile.targets import (
+    AprilGridConfig,
+    AsymmetricCirclesConfig,
+    CharucoConfig,
+    CheckerboardConfig,
+    SquaresConfig,
+    TargetConfig,
+)
 from rig.profile.v4l2_cameras import V4l2CameraConfig
 from rig.profile.views import ViewConfig
 from rig.profile.world import (
@@ -36,6 +43,8 @@ from rig.profile.world import (
 
 __all__ = [
     "RAW_VIEW",
+    "AprilGridConfig",
+    "AsymmetricCirclesConfig",
     "CameraConfig",
     "CarriageConfig",
     "CharucoConfig",
@@ -61,6 +70,7 @@ __all__ = [
     "ScanCameraConfig",
     "SerialStageConfig",
     "SimCameraConfig",
+    "SquaresConfig",
     "StageConfig",
     "SweepConfig",
     "TargetConfig",

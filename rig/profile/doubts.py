@@ -7,6 +7,13 @@ from pathlib import Path
 
 from rig.profile.cameras import FolderCameraConfig, RecordingCameraConfig
 from rig.profile.models import Profile
+from rig.profile.targets import (
+    AprilGridConfig,
+    AsymmetricCirclesConfig,
+    CharucoConfig,
+    CheckerboardConfig,
+    TargetConfig,
+)
 
 LEAST_SQUARE_MM = 0.5
 """Smaller squares are a length in metres: 0.025 for 25 mm."""
@@ -70,7 +77,8 @@ def _plan(profile: Profile) -> Iterator[Doubt]:
 def _lengths(profile: Profile) -> Iterator[Doubt]:
     lengths_mm = [("pitch_mm", profile.pitch_mm, LEAST_PITCH_MM)]
     if profile.target is not None:
-        lengths_mm.append(("target.square_mm", profile.target.square_mm, LEAST_SQUARE_MM))
+        key, length_mm = _length_of(profile.target)
+        lengths_mm.append((f"target.{key}", length_mm, LEAST_SQUARE_MM))
     if profile.sweep is not None:
         lengths_mm.append(("sweep.to_mm", profile.sweep.to_mm, LEAST_DISTANCE_MM))
     for key, length_mm, least_mm in lengths_mm:
@@ -80,6 +88,17 @@ def _lengths(profile: Profile) -> Iterator[Doubt]:
                 f"{length_mm:g} mm, less than {least_mm:g} mm",
                 f"lengths are in mm: write {1e3 * length_mm:g} if these are metres",
             )
+
+
+def _length_of(target: TargetConfig) -> tuple[str, float]:
+    """The length by which a target is measured, and its key."""
+    match target:
+        case CheckerboardConfig() | CharucoConfig():
+            return "square_mm", target.square_mm
+        case AprilGridConfig():
+            return "tag_mm", target.tag_mm
+        case AsymmetricCirclesConfig():
+            return "spacing_mm", target.spacing_mm
 
 
 def _files(profile: Profile) -> Iterator[Doubt]:

@@ -5,6 +5,7 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
+from rig.errors import ConfigError
 from rig.limits import MOST_SAMPLES, MOST_STOPS
 from rig.profile.by_kind import CameraSection, StageSection
 from rig.profile.intrinsics import IntrinsicsConfig
@@ -13,7 +14,7 @@ from rig.profile.processing import ProcessingConfig
 from rig.profile.scan_camera import ScanCameraConfig, same_views, scan_views
 from rig.profile.stages import StageConfig
 from rig.profile.targets import TargetConfig
-from rig.profile.views import ViewConfig
+from rig.profile.views import ViewConfig, without_steps
 from rig.profile.world import WorldConfig
 
 
@@ -133,8 +134,9 @@ class Profile(Model):
     """One line for `rig profile list`."""
     pitch_mm: Positive
     """Length of one view step."""
-    views: tuple[ViewConfig, ...] = Field(min_length=2)
-    """All views; exactly one of them, the reference, is at (0, 0)."""
+    views: tuple[ViewConfig, ...] = Field(min_length=1)
+    """All views; exactly one of them, the reference, is at (0, 0). One alone, for `rig calibrate`,
+    has no steps and no slopes: leave them and `pitch_mm` out."""
     camera: CameraSection
     """Where images come from."""
     stage: StageSection | None = None
@@ -161,7 +163,7 @@ class Profile(Model):
     @model_validator(mode="before")
     @classmethod
     def _short_forms(cls, data: object) -> object:
-        """Let `[stages.board]` be `[stage]`, and the views of a scan follow from its positions."""
+        """Let `[stages.board]` be `[stage]`, and what is left out of views follow."""
         if not isinstance(data, dict):
             return data
         full: dict[str, object] = dict(data)
@@ -173,7 +175,7 @@ class Profile(Model):
             full["stages"] = {name: stages[name] for name in stages if name != "board"}
         if "views" not in full and (views := scan_views(full)) is not None:
             full["views"] = views
-        return full
+        return without_steps(full)
 
     @model_validator(mode="after")
     def _a_scan_has_its_stages(self) -> Self:
@@ -252,6 +254,21 @@ class Profile(Model):
     def first_difference(self, other: Self, parts: tuple[str, ...]) -> str | None:
         """Return the first of these parts in which two profiles differ, None where they agree."""
         return next((p for p in parts if getattr(self, p) != getattr(other, p)), None)
+
+    def require_two_views(self, what: str) -> None:
+        """Refuse what is worked out from the difference between views.
+
+        Args:
+            what: is asked for, as "a sweep".
+
+        Raises:
+            ConfigError: there is one view only.
+        """
+        if len(self.views) == 1:
+            raise ConfigError(
+                f"profile {self.name}: {what} needs two views or more, it has one",
+                advice=f"rig calibrate {self.name} finds its lens; depth takes another [[views]]",
+            )
 
     @property
     def reference(self) -> int:

@@ -96,7 +96,8 @@ def _views(template: CameraTemplate, cameras: Sequence[FoundDevice]) -> int:
         offers = "".join(f"; {offer}" for offer in _offers(cameras))
         raise ConfigError(
             f"a rig has two views or more, found {len(cameras)} {template.title}",
-            advice=f"plug the others in, or say how many there will be: --views 2{offers}",
+            advice="plug the others in, or say how many there will be: --views 2, or --views 1 to "
+            f"calibrate one camera alone{offers}",
         )
     return min(len(cameras), len(PLACES))
 

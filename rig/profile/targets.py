@@ -50,4 +50,43 @@ class CharucoConfig(Model):
         return self
 
 
-TargetConfig = Annotated[CheckerboardConfig | CharucoConfig, Field(discriminator="kind")]
+class AprilGridConfig(Model):
+    """A grid of AprilTags 36h11 as Kalibr prints it; any part of it will do."""
+
+    kind: Literal["aprilgrid"]
+    """Selects an AprilGrid."""
+    tag_columns: int = Field(ge=1, le=100)
+    """Tags in a row: Kalibr's `tagCols`."""
+    tag_rows: int = Field(ge=1, le=100)
+    """Tags in a column: Kalibr's `tagRows`."""
+    tag_mm: Positive
+    """Side of a tag with its black border: Kalibr's `tagSize`, which is in metres."""
+    spacing: float = Field(gt=0, le=1)
+    """Gap between tags over the side of a tag: Kalibr's `tagSpacing`."""
+    border_bits: Literal[1, 2] = 2
+    """Width of the black border; Kalibr prints 2, other programs 1."""
+    first_tag: int = Field(default=0, ge=0)
+    """Number of the tag at the bottom left; numbers grow to the right, then upwards."""
+
+
+class AsymmetricCirclesConfig(Model):
+    """Black circles in rows that are shifted in turn, as OpenCV prints them."""
+
+    kind: Literal["asymmetric_circles"]
+    """Selects an asymmetric grid of circles; all of it must be in view."""
+    columns: int = Field(ge=2, le=1000)
+    """Circles in a row."""
+    rows: int = Field(ge=3, le=1000)
+    """Rows; with an odd number the grid has one way up."""
+    spacing_mm: Positive
+    """From row to row, half the distance of two circles in a row: OpenCV's `squareSize`."""
+    diameter_mm: Positive
+    """Of a circle; the middle of its picture is corrected for perspective with it."""
+
+
+SquaresConfig = CheckerboardConfig | CharucoConfig
+"""Targets of squares, whose edges a sweep measures."""
+TargetConfig = Annotated[
+    CheckerboardConfig | CharucoConfig | AprilGridConfig | AsymmetricCirclesConfig,
+    Field(discriminator="kind"),
+]

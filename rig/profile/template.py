@@ -76,13 +76,23 @@ depth_sigma_pct = 3.0 # largest 1 sigma of a depth: a factory knows 2 m to about
 """,
 )
 
-_SWEEP = """\
+_ONE_CAMERA = """\
+# One camera of {title}. Written by `rig profile new`; lines that say MEASURE hold guesses.
+# Next: rig calibrate {name}, then rig export 1 --format opencv, or ros.
+{notes}name = "{name}"
+description = "one camera, to be calibrated by itself"
+
+[[views]]
+name = "camera"
+"""
+_TARGET = """\
 [target]
 kind = "checkerboard"
 columns = 9       # INNER corners, one less than squares
 rows = 6
 square_mm = 25.0  # MEASURE across ten squares: a print is rarely true
-
+"""
+_SWEEP = """\
 [sweep]
 from_mm = {near_mm}
 to_mm = {far_mm}
@@ -104,7 +114,7 @@ class Recipe:
     camera: str
     """Kind of camera, one that has a template."""
     views: int
-    """How many views, 2 to 5."""
+    """How many views, 1 to 5."""
     stage: str | None
     """Kind of stage, one that has a template; None for none."""
     cameras: tuple[str, ...] = ()
@@ -124,12 +134,14 @@ def profile_text(recipe: Recipe) -> str:
         ConfigError: a number of views that no arrangement is known for, a kind without template, or
             a layout with too few places.
     """
-    if not 2 <= recipe.views <= len(PLACES):
+    if not 1 <= recipe.views <= len(PLACES):
         raise ConfigError(
-            f"asked for {recipe.views} views, a new profile has 2 to {len(PLACES)}",
+            f"asked for {recipe.views} views, a new profile has 1 to {len(PLACES)}",
             advice="write further [[views]] by hand",
         )
     camera = camera_template(recipe.camera)
+    if recipe.views == 1:
+        return _one_camera(camera, recipe)
     built_in = camera.built_in
     if built_in is not None and recipe.views == len(built_in.places):
         words, pitch_mm, places = _BUILT_IN, built_in.pitch_mm, built_in.places
@@ -158,8 +170,24 @@ def profile_text(recipe: Recipe) -> str:
         parts.append(stage.section(NewStage(recipe.stages, _NEAR_MM, _FAR_MM)))
     low_px, high_px = slope_px / _FAR_MM / _ROOM, slope_px / _NEAR_MM * _ROOM
     slopes = words.slopes.format(low_px=round(low_px), high_px=round(high_px), near_mm=_NEAR_MM)
+    parts.append(_TARGET)
     parts.append(_SWEEP.format(near_mm=_NEAR_MM, far_mm=_FAR_MM, slopes=slopes))
     return "\n".join(parts)
+
+
+def _one_camera(camera: CameraTemplate, recipe: Recipe) -> str:
+    """A profile of one camera alone: it has no steps, no slopes and no sweep."""
+    if recipe.layout is not None or recipe.stage is not None:
+        raise ConfigError(
+            "asked for one view with "
+            f"{'a layout' if recipe.layout else f'the stage {recipe.stage}'}",
+            advice="one camera alone is calibrated by a board in the hand: --stage none, and no "
+            "--layout",
+        )
+    section = camera.section(NewCamera(("camera",), recipe.cameras, 1280, 800, None))
+    notes = "".join(f"# {note}\n" for note in recipe.notes)
+    head = _ONE_CAMERA.format(name=recipe.name, title=camera.title, notes=notes)
+    return f"{head}\n{section}\n{_TARGET}"
 
 
 def camera_template(kind: str) -> CameraTemplate:

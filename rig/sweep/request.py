@@ -4,7 +4,14 @@ from dataclasses import dataclass
 
 from rig.errors import ConfigError
 from rig.plan import Stop, even_distances_mm, move_time_s, plan_stops
-from rig.profile import Profile, StageConfig, SweepConfig, TargetConfig
+from rig.profile import (
+    CharucoConfig,
+    CheckerboardConfig,
+    Profile,
+    SquaresConfig,
+    StageConfig,
+    SweepConfig,
+)
 from rig.sweep.take import SweepTimes
 
 
@@ -24,7 +31,7 @@ class SweepSetup:
     """The parts of a profile that a sweep needs, all present."""
 
     stage: StageConfig
-    target: TargetConfig
+    target: SquaresConfig
     config: SweepConfig
 
 
@@ -32,14 +39,23 @@ def sweep_setup(profile: Profile) -> SweepSetup:
     """Return the parts of the profile that a sweep needs.
 
     Raises:
-        ConfigError: one of them is missing in the profile.
+        ConfigError: one of them is missing in the profile, it has one view only, or its target has
+            no squares.
     """
+    profile.require_two_views("a sweep")
     stage, target, config = profile.stage, profile.target, profile.sweep
     if stage is None or target is None or config is None:
         parts = {"stage": stage, "target": target, "sweep": config}
         missing = ", ".join(f"[{name}]" for name, part in parts.items() if part is None)
         raise ConfigError(
             f"profile {profile.name}: a sweep needs {missing}", advice="add it to the file"
+        )
+    if not isinstance(target, CheckerboardConfig | CharucoConfig):
+        raise ConfigError(
+            f"profile {profile.name}: a sweep measures the edges of squares, a target of kind "
+            f"{target.kind} has none",
+            advice="rig calibrate takes it in the hand; sweep with a checkerboard or a ChArUco "
+            "board",
         )
     return SweepSetup(stage, target, config)
 

@@ -18,7 +18,7 @@ _MOST_SIGMAS = 5.0
 _ROUNDS = 12
 
 
-def inliers(xy_px: Float, sigma_px: Float) -> NDArray[np.bool_]:
+def inliers(xy_px: Float, sigma_px: Float, places: Float | None = None) -> NDArray[np.bool_]:
     """Tell which corners fit a homography through their neighbours, which leaves them out.
 
     The worst one goes first, because it spoils the prediction of all its neighbours; then all
@@ -27,17 +27,20 @@ def inliers(xy_px: Float, sigma_px: Float) -> NDArray[np.bool_]:
     Args:
         xy_px: (rows, columns, 2) corners on a grid, NaN where there is none.
         sigma_px: (rows, columns) 1 sigma per coordinate.
+        places: (rows, columns, 2) where they are on the board, in steps of about one; None for a
+            regular grid.
 
     Returns:
         (rows, columns) False where there is no corner or an outlier. Corners with too few
         neighbours are kept.
     """
     kept = np.isfinite(xy_px[..., 0])
-    places = grid_places(*kept.shape)
+    grid = grid_places(*kept.shape)
+    places = grid if places is None else places
     for _ in range(_ROUNDS):
         row, column = np.nonzero(kept)
         miss, predicted_sigma = _misses(
-            places[row, column], xy_px[row, column], sigma_px[row, column]
+            places[row, column], xy_px[row, column], sigma_px[row, column], grid[row, column]
         )
         judged = np.isfinite(miss)
         if not judged.any():
@@ -51,10 +54,16 @@ def inliers(xy_px: Float, sigma_px: Float) -> NDArray[np.bool_]:
     return kept
 
 
-def _misses(places: Float, xy_px: Float, sigma_px: Float) -> tuple[Float, Float]:
-    """(N,) distance from the prediction, px, NaN with too few neighbours; and its sigma."""
+def _misses(
+    places: Float, xy_px: Float, sigma_px: Float, grid: Float | None = None
+) -> tuple[Float, Float]:
+    """(N,) distance from the prediction, px, NaN with too few neighbours; and its sigma.
+
+    Neighbours are those of the grid (N, 2) of rows and columns; by default places are it.
+    """
     count = len(places)
-    apart = np.abs(places[:, None] - places[None]).max(axis=-1)
+    grid = places if grid is None else grid
+    apart = np.abs(grid[:, None] - grid[None]).max(axis=-1)
     near = (apart <= _REACH) & (apart > 0)
     # Place and position in units of about one about the middle keep the normal equations sound.
     x, y = (places - places.mean(axis=0)).T / _REACH

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from rig.devices import Clock
 from rig.errors import ConfigError
 from rig.profile import (
+    AprilGridConfig,
+    AsymmetricCirclesConfig,
     CharucoConfig,
     LensletCameraConfig,
     Profile,
@@ -21,7 +23,8 @@ from rig.profile import (
     ViewConfig,
 )
 from rig.profile.world import Vector, ViewErrorConfig, WorldConfig
-from rig_sim.board import INK, PAPER, Board
+from rig_sim.april_print import april_print, april_texel_mm
+from rig_sim.board import INK, PAPER, Board, Print
 from rig_sim.charuco_print import charuco_print
 from rig_sim.hand import Hand, Reach
 from rig_sim.optics import TrueCamera, rotation_matrix
@@ -107,7 +110,7 @@ class World:
         self._carriage = carriage
         self._began_s = clock.now_s()
         target = profile.target
-        self._print = charuco_print(target) if isinstance(target, CharucoConfig) else ()
+        self._print = _print_of(target)
         self._track = track
         self._hand = self._new_hand() if in_hand else None
 
@@ -301,8 +304,28 @@ class World:
 
     def _printed(self, target: TargetConfig, centre_mm: Vector, rotation_deg: Vector) -> Board:
         """The board of the profile at a place."""
-        square_mm = self.config.board_square_mm or target.square_mm
         margin_mm = self.config.board_margin_mm
+        if isinstance(target, AprilGridConfig):
+            if self.config.board_square_mm is not None:
+                raise ConfigError(
+                    "world.board_square_mm is given, an AprilGrid has no squares",
+                    advice="leave it out",
+                )
+            return Board(
+                columns=len(self._print[0]) - 1,
+                rows=len(self._print) - 1,
+                square_mm=april_texel_mm(target),
+                margin_mm=margin_mm,
+                centre_mm=centre_mm,
+                rotation_deg=rotation_deg,
+                print=self._print,
+            )
+        if isinstance(target, AsymmetricCirclesConfig):
+            raise ConfigError(
+                f"target.kind = {target.kind}: the simulated world does not print it",
+                advice="simulate a checkerboard, a ChArUco board or an AprilGrid",
+            )
+        square_mm = self.config.board_square_mm or target.square_mm
         if isinstance(target, CharucoConfig):
             return Board(
                 columns=target.squares_across - 1,
@@ -322,6 +345,16 @@ class World:
             centre_mm=centre_mm,
             rotation_deg=rotation_deg,
         )
+
+
+def _print_of(target: TargetConfig | None) -> Print:
+    match target:
+        case CharucoConfig():
+            return charuco_print(target)
+        case AprilGridConfig():
+            return april_print(target)
+        case _:
+            return ()
 
 
 def _in_rolled_picture(

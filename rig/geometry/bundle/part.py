@@ -1,5 +1,7 @@
 """Parts of a picture that the headline is told of: where boards were seen, where light falls."""
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -32,11 +34,21 @@ def part_with_boards(
         size_px: its width and height.
         used: (M,) points that took part in the solve.
     """
+    own = map(observed.points, np.flatnonzero(observed.view == view).tolist())
+    return part_of_sightings([observed.xy_px[rows][used[rows]] for rows in own], size_px)
+
+
+def part_of_sightings(sightings: Sequence[Float], size_px: tuple[int, int]) -> Part:
+    """Nodes that lie inside what was seen of the board.
+
+    Args:
+        sightings: (N, 2) px each, points of one picture of a view.
+        size_px: width and height of its pictures.
+    """
     nodes = nodes_px(size_px).reshape(-1, 2)
     inside = np.zeros(len(nodes), np.bool_)
-    for sighting in np.flatnonzero(observed.view == view).tolist():
-        rows = observed.points(sighting)
-        xy_px = observed.xy_px[rows][used[rows]].astype(np.float32)
+    for points_px in sightings:
+        xy_px = points_px.astype(np.float32)
         if len(xy_px) > 2:
             hull = cv2.convexHull(xy_px)
             low, high = hull.min(axis=(0, 1)), hull.max(axis=(0, 1))

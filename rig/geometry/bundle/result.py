@@ -188,7 +188,8 @@ class Calibration:
     lens_scores: tuple[LensScore, ...]
     """Of the models that were compared; one if the model was given."""
     depth_error: tuple[DepthError, ...]
-    """At 0.5, 1, 2 and 3 m; none where a fixed geometry came without covariance."""
+    """At 0.5, 1, 2 and 3 m; none of one view alone, or where a fixed geometry came without
+    covariance."""
     error_scale: Number
     """Errors of one picture have something in common: its pull varies so many times as much as
     that of independent errors, 1 at least. Already in the covariance; above 4 the model misses

@@ -108,7 +108,8 @@ def solve_rig(
     geometry = _geometry(question, adjusted, uncertainty, start)
     residuals = _residuals(adjusted, held_out)
     seen = part_with_boards(question.observed, reference, sizes_px[reference], adjusted.weight > 0)
-    errors = depth_errors(geometry, seen, lit) if geometry.covariance is not None else ()
+    tells_depth = geometry.covariance is not None and len(names) > 1
+    errors = depth_errors(geometry, seen, lit) if tells_depth else ()
     warp_sigma = np.sqrt(np.diag(uncertainty.covariance)[adjusted.problem.layout.warp_columns])
     return Calibration(
         geometry=geometry,

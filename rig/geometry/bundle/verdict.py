@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 from rig.geometry.bundle.adjust import Adjusted
 from rig.geometry.bundle.advice import advise
 from rig.geometry.bundle.coverage import find_gaps
+from rig.geometry.bundle.direction_error import direction_error
 from rig.geometry.bundle.motion import Motion
+from rig.geometry.bundle.part import part_with_boards
 from rig.geometry.bundle.repeats import repeated
 from rig.geometry.bundle.result import DepthError, Reason, Verdict
 from rig.geometry.bundle.suspicion import find_bad_data
@@ -17,6 +19,9 @@ from rig.geometry.rig_geometry import RigGeometry
 
 MOST_DEPTH_PCT = 0.2
 """Depth error at 1 m, k = 2 where boards were seen, above which a calibration is weak."""
+MOST_DIRECTION_PX = 0.5
+"""Error of directions of one camera alone, k = 2 where boards were seen: what undistorted pictures
+of it are looked at with. Twenty pictures whose corners scatter by 0.1 px stay below."""
 _JUDGED_MM = 1000.0
 _MOST_CLUSTERING = 4.0
 _MOST_OUTLIERS = 0.02
@@ -52,6 +57,8 @@ def judge(
             )
         )
     reasons += _depth(depth_error)
+    if len(geometry.names) == 1:
+        reasons += _directions(adjusted, geometry)
     full = uncertainty.covariance.shape[0] >= geometry.parameter_count
     poses = advise(adjusted, uncertainty, geometry) if full and len(geometry.names) > 1 else ()
     notes = _notes(geometry, steps) + _motion(adjusted.motion)
@@ -84,6 +91,25 @@ def _depth(depth_error: Sequence[DepthError]) -> list[Reason]:
     ]
 
 
+def _directions(adjusted: Adjusted, geometry: RigGeometry) -> list[Reason]:
+    """What one camera alone is judged by."""
+    if geometry.covariance is None:
+        return []
+    camera = geometry.cameras[0]
+    size_px = camera.width_px, camera.height_px
+    seen = part_with_boards(adjusted.problem.observed, 0, size_px, adjusted.weight > 0)
+    error = direction_error(geometry, seen)
+    if not error.seen_px > MOST_DIRECTION_PX:
+        return []
+    return [
+        Reason(
+            "direction-error",
+            f"directions are only known to {error.seen_px:.2f} px (k=2, where boards were seen; "
+            f"{MOST_DIRECTION_PX} px wanted); take more pictures",
+        )
+    ]
+
+
 def _motion(motion: Motion | None) -> list[str]:
     if motion is None:
         return []
@@ -98,7 +124,7 @@ def _motion(motion: Motion | None) -> list[str]:
 
 def _notes(geometry: RigGeometry, steps: NDArray[np.float64] | None) -> list[str]:
     notes: list[str] = []
-    if geometry.stage is None:
+    if geometry.stage is None and len(geometry.names) > 1:
         notes.append(
             "no stage took part: all lengths rest on the size of the squares, and a board printed "
             "at another scale cannot be noticed"

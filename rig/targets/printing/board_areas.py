@@ -4,12 +4,19 @@ from itertools import groupby
 
 import numpy as np
 
-from rig.targets import CharucoBoard, Target
+from rig.targets import AprilGrid, CharucoBoard, CircleGrid, Target
+from rig.targets.checkerboard import Checkerboard
+from rig.targets.printing.april_areas import april_areas, april_size_mm
+from rig.targets.printing.circle_areas import circle_areas, circles_size_mm
 from rig.targets.printing.drawing import Area, Ink, Rect
 
 
 def board_size_mm(target: Target) -> tuple[float, float]:
-    """Return width and height of all squares."""
+    """Return width and height of all squares; of tags and circles with what stands around them."""
+    if isinstance(target, AprilGrid):
+        return april_size_mm(target)
+    if isinstance(target, CircleGrid):
+        return circles_size_mm(target)
     return (target.columns + 1) * target.square_mm, (target.rows + 1) * target.square_mm
 
 
@@ -18,6 +25,10 @@ def board_areas(target: Target, x_mm: float, y_mm: float) -> tuple[Area, ...]:
 
     An inverted board is painted on a black ground that reaches half a square beyond it.
     """
+    if isinstance(target, AprilGrid):
+        return april_areas(target, x_mm, y_mm)
+    if isinstance(target, CircleGrid):
+        return circle_areas(target, x_mm, y_mm)
     if not isinstance(target, CharucoBoard):
         return (Area("black", _squares(target, x_mm, y_mm)),)
     black: Ink = "white" if target.inverted else "black"
@@ -40,7 +51,7 @@ def board_areas(target: Target, x_mm: float, y_mm: float) -> tuple[Area, ...]:
     return tuple(areas)
 
 
-def _squares(target: Target, x_mm: float, y_mm: float) -> tuple[Rect, ...]:
+def _squares(target: Checkerboard | CharucoBoard, x_mm: float, y_mm: float) -> tuple[Rect, ...]:
     side_mm = target.square_mm
     first_is_white = isinstance(target, CharucoBoard) and target.first_is_white
     return tuple(

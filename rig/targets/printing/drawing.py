@@ -17,11 +17,21 @@ class Rect:
 
 
 @dataclass(frozen=True, slots=True)
+class Disc:
+    """A round one, by its middle."""
+
+    x_mm: float
+    y_mm: float
+    radius_mm: float
+
+
+@dataclass(frozen=True, slots=True)
 class Area:
-    """Rectangles that do not overlap, painted as one: no seam shows where they touch."""
+    """Shapes that do not overlap, painted as one: no seam shows where they touch."""
 
     ink: Ink
     rects: tuple[Rect, ...]
+    discs: tuple[Disc, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

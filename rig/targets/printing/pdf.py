@@ -1,8 +1,10 @@
 """A sheet as PDF 1.4 (ISO 32000-1): one page of filled paths and text in Helvetica."""
 
-from rig.targets.printing.drawing import Area, Drawing, Line
+from rig.targets.printing.drawing import Area, Disc, Drawing, Line
 
 _POINTS_PER_MM = 72.0 / 25.4
+_ARC = 0.5522847498
+"""4 / 3 (sqrt 2 - 1): reach of the handles of a quarter of a circle, in radii."""
 
 
 def pdf_of(drawing: Drawing) -> bytes:
@@ -32,7 +34,24 @@ def _area(area: Area) -> str:
     rects = "\n".join(
         f"{r.x_mm:.6f} {r.y_mm:.6f} {r.width_mm:.6f} {r.height_mm:.6f} re" for r in area.rects
     )
-    return f"{grey}\n{rects}\nf"
+    discs = "\n".join(map(_disc, area.discs))
+    shapes = "\n".join(part for part in (rects, discs) if part)
+    return f"{grey}\n{shapes}\nf"
+
+
+def _disc(disc: Disc) -> str:
+    """Four Bezier curves, which stay within 0.03 % of the radius."""
+    x, y, r = disc.x_mm, disc.y_mm, disc.radius_mm
+    k = _ARC * r
+    points = [
+        *((x + r, y + k), (x + k, y + r), (x, y + r)),
+        *((x - k, y + r), (x - r, y + k), (x - r, y)),
+        *((x - r, y - k), (x - k, y - r), (x, y - r)),
+        *((x + k, y - r), (x + r, y - k), (x + r, y)),
+    ]
+    numbers = [f"{a:.6f} {b:.6f}" for a, b in points]
+    curves = "\n".join(f"{' '.join(numbers[n : n + 3])} c" for n in range(0, 12, 3))
+    return f"{x + r:.6f} {y:.6f} m\n{curves}\nh"
 
 
 def _line(line: Line) -> str:

@@ -4,7 +4,8 @@ import re
 from itertools import pairwise
 
 from rig.errors import ConfigError
-from rig.targets import CharucoBoard, Target
+from rig.targets import AprilGrid, CharucoBoard, CircleGrid, Target
+from rig.targets.checkerboard import Checkerboard
 from rig.targets.printing.board_areas import board_areas, board_size_mm
 from rig.targets.printing.drawing import Area, Drawing, Line, Rect
 
@@ -54,7 +55,8 @@ def draw_sheet(target: Target, page: tuple[float, float], border_mm: float) -> D
         ConfigError: the board does not fit; the message says what would.
     """
     board_mm = board_size_mm(target)
-    ground_mm = target.square_mm / 2 if _is_inverted(target) else 0.0
+    is_inverted = isinstance(target, CharucoBoard) and target.inverted
+    ground_mm = target.square_mm / 2 if is_inverted else 0.0
     needed_mm = (
         max(board_mm[0] + 2 * ground_mm, RULER_MM) + 2 * border_mm,
         board_mm[1] + 2 * ground_mm + _FOOT_MM + 2 * border_mm,
@@ -80,26 +82,47 @@ def draw_sheet(target: Target, page: tuple[float, float], border_mm: float) -> D
     return Drawing(size[0], size[1], areas, tuple(lines), f"{_kind(target)} {target}")
 
 
-def _is_inverted(target: Target) -> bool:
-    return isinstance(target, CharucoBoard) and target.inverted
-
-
 def _kind(target: Target) -> str:
-    return "ChArUco" if isinstance(target, CharucoBoard) else "checkerboard"
+    match target:
+        case Checkerboard():
+            return "checkerboard"
+        case CharucoBoard():
+            return "ChArUco"
+        case AprilGrid():
+            return "AprilGrid"
+        case CircleGrid():
+            return "circles"
+
+
+def _what(target: Target) -> str:
+    match target:
+        case Checkerboard():
+            return f"checkerboard, {target} inner corners, squares of {target.square_mm:g} mm"
+        case CharucoBoard():
+            return (
+                f"ChArUco {target} squares of {target.square_mm:g} mm, markers "
+                f"{target.marker_mm:g} mm {target.dictionary}"
+                f"{', inverted' if target.inverted else ''}"
+                f"{', legacy pattern' if target.legacy_pattern else ''}"
+            )
+        case AprilGrid():
+            last = target.first_tag + target.tag_count - 1
+            return (
+                f"AprilGrid {target} tags 36h11 of {target.tag_mm:g} mm, spacing "
+                f"{target.spacing:g}, border {target.border_bits}, numbers "
+                f"{target.first_tag}..{last}"
+            )
+        case CircleGrid():
+            return (
+                f"{target} circles of {target.diameter_mm:g} mm, rows {target.spacing_mm:g} mm "
+                "apart and shifted in turn"
+            )
 
 
 def _text(target: Target) -> tuple[str, ...]:
     width_mm, height_mm = board_size_mm(target)
-    if isinstance(target, CharucoBoard):
-        what = (
-            f"ChArUco {target} squares of {target.square_mm:g} mm, markers {target.marker_mm:g} mm "
-            f"{target.dictionary}{', inverted' if target.inverted else ''}"
-            f"{', legacy pattern' if target.legacy_pattern else ''}"
-        )
-    else:
-        what = f"checkerboard, {target} inner corners, squares of {target.square_mm:g} mm"
     return (
-        f"{what}; board {width_mm:g} x {height_mm:g} mm",
+        f"{_what(target)}; board {width_mm:g} x {height_mm:g} mm",
         f"Print at 100 % (no fit to page): the ruler above must be {RULER_MM:g} mm long.",
     )
 

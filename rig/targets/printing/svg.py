@@ -27,6 +27,12 @@ def _area(area: Area) -> str:
         f"M{r.x_mm:.6f} {r.y_mm:.6f}h{r.width_mm:.6f}v{r.height_mm:.6f}h{-r.width_mm:.6f}z"
         for r in area.rects
     )
+    path += "".join(
+        f"M{d.x_mm - d.radius_mm:.6f} {d.y_mm:.6f}"
+        f"a{d.radius_mm:.6f} {d.radius_mm:.6f} 0 1 0 {2 * d.radius_mm:.6f} 0"
+        f"a{d.radius_mm:.6f} {d.radius_mm:.6f} 0 1 0 {-2 * d.radius_mm:.6f} 0z"
+        for d in area.discs
+    )
     return f'<path fill="{area.ink}" d="{path}"/>'
 
 

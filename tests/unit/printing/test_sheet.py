@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from rig.errors import ConfigError
-from rig.targets import CharucoBoard, Target, find_target
+from rig.targets import AprilGrid, CharucoBoard, CircleGrid, Target, find_target
 from rig.targets.checkerboard import Checkerboard
 from rig.targets.printing.board_areas import board_areas
 from rig.targets.printing.drawing import Area, Drawing, Rect
@@ -32,6 +32,8 @@ BOARDS = [
     CHARUCO.with_changes(inverted=True),
     CHARUCO.with_changes(legacy_pattern=True, squares_down=4),
     CHARUCO.with_changes(dictionary="APRILTAG_36H11", marker_mm=21.0),
+    AprilGrid(5, 4, 35.0, 0.3),
+    CircleGrid(4, 9, 22.0, 18.0),
 ]
 DPI = 100.0
 PX_PER_MM = DPI / 25.4

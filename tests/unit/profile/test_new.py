@@ -142,7 +142,7 @@ def test_what_is_not_clear_is_asked(findings: list[Findings], told: str):
 
 
 def test_more_views_than_there_are_places_are_refused():
-    with pytest.raises(ConfigError, match="2 to 5"):
+    with pytest.raises(ConfigError, match="1 to 5"):
         profile_text(Recipe("b", "v4l2", 6, None))
 
 

@@ -1,0 +1,1 @@
+"""AprilGrids: their layout, their tags and their corners."""

@@ -1,0 +1,1 @@
+"""Grids of circles: their layout, their blobs and their centres."""
