@@ -88,7 +88,7 @@ _OTHERS = (
         "give what the device itself holds, as `rig export` or DepthAI write it (cameraData)",
     ),
     _foreign(
-        "a CAHVOR model", rb"^\s*Model\s*=\s*CAHVOR",
+        "a CAHVOR model", rb"^[ \t]{0,20}Model[ \t]{0,20}=[ \t]{0,20}CAHVOR",
         "convert it: mrcal-to-cameramodel FILE, then mrcal-convert-lensmodel LENSMODEL_OPENCV8",
     ),
     _foreign(

@@ -135,3 +135,38 @@ def test_any_file_is_recognised_or_refused(tmp_path: Path, content: bytes) -> No
         assert error.advice
     else:
         assert found in formats_of("geometry")
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"\n" * 200_000, b" " * 200_000, b"<document" * 20_000, b"1 " + b"A_" * 100_000,
+        b"\n Model" * 20_000, b'"board_config"' * 10_000,
+    ],
+)  # fmt: skip
+def test_files_that_repeat_the_beginning_of_a_sign_take_no_time(
+    tmp_path: Path, content: bytes
+) -> None:
+    """Signs that look back over and over would take hours here."""
+    (tmp_path / "file").write_bytes(content)
+    with pytest.raises(FormatError, match="of none of the formats"):
+        recognise(tmp_path / "file")
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"distortions=" + b"[" * 100_000, "more than 20000 keys and values"),
+        (b"distortions=" + b"{a=" * 5_000, "nested too deep"),
+        (b"distortions=1" + b"0" * 5_000, "4300 digits"),
+        (b'{"a":{"type_id":"opencv-matrix"},"b":' + b'{"a":' * 100_000, "is no JSON"),
+        (b"<opencv_storage>" + b"<a>" * 60_000, "is no XML"),
+        (b"[LEFT_CAM_HD]\n" + b"a=1\n" * 30_000, "larger than 0.1 MB"),
+        (b"{'lensmodel': 9**9**9}", "is no mrcal camera model"),
+        (b"{'lensmodel': b'" + b"x" * 5_000_000 + b"'}", "lensmodel must be text"),
+    ],
+)
+def test_files_that_ask_for_the_world_are_told(tmp_path: Path, content: bytes, says: str) -> None:
+    (tmp_path / "file").write_bytes(content)
+    with pytest.raises(FormatError, match=says):
+        read_foreign(tmp_path / "file")
