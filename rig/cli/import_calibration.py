@@ -46,7 +46,7 @@ def import_calibration(
     database: DatabaseUrl = None,
     as_json: AsJson = False,
 ) -> None:
-    """Take another tool's calibration as that of this rig.
+    """Take another tool's calibration as that of this rig, or of one of its views.
 
     Sweeps and captures then rectify with it, and captures have depth without a sweep. It comes
     without a covariance: how sure its depth is follows from what its source is known for, and
@@ -54,7 +54,8 @@ def import_calibration(
     `rig export` wrote it stays so: it is kept, not taken by itself, and the exit code is 3.
     """
     from rig.database import open_store, software_versions, this_program
-    from rig.export.geometry_import import match_views, read_foreign
+    from rig.export.geometry_format import stored_geometry
+    from rig.export.geometry_import import into_one_view, match_views, read_foreign
     from rig.export.lengths import in_unit, require_plausible
     from rig.export.verdict import quality_of_import
     from rig.geometry.rig_geometry_json import geometry_to_json
@@ -63,13 +64,21 @@ def import_calibration(
     view_of = pairs("--view", views)
     profile = load_profile(profile_name, overrides or ())
     foreign = read_foreign(path, source)
-    geometry = match_views(foreign.geometry, profile, view_of)
-    if lengths is None:
-        require_plausible(geometry, profile)
-    else:
-        geometry = in_unit(geometry, profile, foreign.mm_per_unit, lengths)
-    reference = geometry.cameras[geometry.reference]
     with open_store(database) as store:
+        geometry = foreign.geometry
+        if len(geometry.names) == 1 < len(profile.views):
+            if lengths is not None:
+                raise typer.BadParameter(f"--lengths {lengths}: one camera alone has no lengths")
+            stored = store.active_calibration(profile.name, profile.unit)
+            others = None if stored is None else stored_geometry(stored)
+            geometry = into_one_view(geometry, profile, view_of, others)
+        else:
+            geometry = match_views(geometry, profile, view_of)
+            if lengths is None:
+                require_plausible(geometry, profile)
+            else:
+                geometry = in_unit(geometry, profile, foreign.mm_per_unit, lengths)
+        reference = geometry.cameras[geometry.reference]
         number = store.save_calibration(
             rig=profile.name,
             geometry=geometry_to_json(geometry),

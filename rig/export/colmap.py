@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import ClassVar
 
-from scipy.spatial.transform import Rotation
-
 from rig.errors import FormatError
 from rig.export import colmap_binary, colmap_text, fields
 from rig.export.colmap_model import HALF_PX, camera_of
 from rig.export.geometry_format import GeometryExport, GeometryFormat
+from rig.export.quaternion import quaternion_of
 from rig.files import write_bytes
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
@@ -38,7 +37,7 @@ def write(geometry: RigGeometry, folder: Path) -> None:
             f"{number} {model} {camera.width_px} {camera.height_px} "
             + " ".join(repr(float(p)) for p in parameters)
         )
-        x, y, z, w = Rotation.from_matrix(pose.rotation).as_quat()
+        x, y, z, w = quaternion_of(pose.rotation)
         placed = [w, x, y, z, *(pose.translation_mm / 1000.0)]
         images.append(f"{number} {' '.join(repr(float(p)) for p in placed)} {number} {name}.png")
         images.append("")

@@ -9,17 +9,18 @@ DepthAI keeps numbers in single precision.
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import cast
 
 import numpy as np
 
 from rig.errors import FormatError
-from rig.export import fields
-from rig.files import write_bytes
+from rig.export import fields, oak_gen1
+from rig.export.common_frame import seen_from_one
+from rig.export.opencv_lens import fisheye_lens, opencv_lens
+from rig.files import read_bytes, write_bytes
 from rig.geometry.camera_model import CameraModel
-from rig.geometry.lens import LensModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 
@@ -83,45 +84,72 @@ def write(
 def read(path: Path) -> RigGeometry:
     """Read all calibrated cameras of a device; views are called after their sockets.
 
-    The reference is the camera that the others' extrinsics end at.
+    The reference is the camera that the others' extrinsics end at. Sockets without intrinsics are
+    left out. The binary file of the first generation is read by `rig.export.oak_gen1`.
 
     Raises:
         FormatError: it is no EEPROM JSON, or its extrinsics do not reach one camera.
         StoreError: it cannot be read.
     """
+    if len(start := read_bytes(path, most=oak_gen1.BYTES)) == oak_gen1.BYTES and b"\0" in start:
+        return oak_gen1.read(path)
     cameras: dict[int, CameraModel] = {}
     steps: dict[int, tuple[int, Pose]] = {}
-    entries = fields.read_json(path).get("cameraData")
-    if not isinstance(entries, list):
-        raise FormatError(
-            f"{path}: has no list cameraData", advice="give a DepthAI calibration JSON"
-        )
-    for entry in cast("list[object]", entries):
-        if not isinstance(entry, list) or len(cast("list[object]", entry)) != 2:
-            raise FormatError(f"{path}: cameraData must hold pairs of socket and calibration")
-        key, value = cast("list[object]", entry)
-        number = int(fields.number(key, f"{path}: socket"))
+    for number, data in _entries(path):
         where = f"{path}: {_name(number)}"
-        data = fields.mapping(value, where)
-        cameras[number] = _camera(data, where)
-        step = _step(fields.mapping(fields.field(data, "extrinsics", where), where), where)
+        is_calibrated = _is_calibrated(data)
+        if is_calibrated:
+            cameras[number] = _camera(data, where)
+        step = _step(data, where, must_tell=is_calibrated)
         if step is not None:
             steps[number] = step
-    roots = [number for number in cameras if number not in steps]
+    if not cameras:
+        raise FormatError(
+            f"{path}: holds no camera with intrinsics",
+            advice="calibrate the device, or give what its factory wrote",
+        )
+    known = sorted(cameras.keys() | {target for target, _ in steps.values()})
+    roots = [number for number in known if number not in steps]
     if len(roots) != 1:
         raise FormatError(
             f"{path}: the extrinsics of {len(cameras)} cameras end at {len(roots)} of them, "
             "expected 1",
             advice="calibrate the device as a whole",
         )
-    poses = {number: _to_root(number, roots[0], steps, path) for number in cameras}
     order = sorted(cameras)
-    return RigGeometry(
-        tuple(_name(number) for number in order),
-        order.index(roots[0]),
-        tuple(cameras[number] for number in order),
-        tuple(poses[number] for number in order),
+    return seen_from_one(
+        [_name(number) for number in order],
+        [cameras[number] for number in order],
+        [_to_root(number, roots[0], steps, path) for number in order],
     )
+
+
+def _entries(path: Path) -> Iterator[tuple[int, fields.Fields]]:
+    """Socket and calibration of every camera of a file."""
+    content = fields.read_json(path)
+    entries = content.get("cameraData")
+    if not isinstance(entries, list):
+        is_board = any(name in content for name in ("boardName", "boardConf", "board_config"))
+        what = "describes a board of DepthAI without a calibration: it " if is_board else ""
+        raise FormatError(
+            f"{path}: {what}has no list cameraData",
+            advice="give what the device itself holds, as DepthAI writes it (eepromToJsonFile)",
+        )
+    for entry in cast("list[object]", entries):
+        if not isinstance(entry, list) or len(cast("list[object]", entry)) != 2:
+            raise FormatError(f"{path}: cameraData must hold pairs of socket and calibration")
+        key, value = cast("list[object]", entry)
+        number = int(fields.number(key, f"{path}: socket"))
+        yield number, fields.mapping(value, f"{path}: {_name(number)}")
+
+
+def _is_calibrated(data: fields.Fields) -> bool:
+    """Whether a socket has intrinsics; devices list those without as empty or as zeros."""
+    matrix = data.get("intrinsicMatrix", [[1.0]])  # a missing one is told as missing
+    if not isinstance(matrix, list):
+        return True
+    rows = cast("list[object]", matrix)
+    return any(row != [0.0, 0.0, 0.0] for row in rows)
 
 
 def _socket(socket: str, view: str) -> int:
@@ -158,26 +186,29 @@ def _extrinsics(pose: Pose, target: int) -> dict[str, object]:
 def _camera(data: fields.Fields, where: str) -> CameraModel:
     matrix = fields.matrix(fields.field(data, "intrinsicMatrix", where), (3, 3), where)
     coefficients = fields.numbers(fields.field(data, "distortionCoeff", where), where)
-    kind = int(fields.number(fields.field(data, "cameraType", where), where))
-    lens: LensModel
+    fields.require_no_skew(matrix, f"{where} intrinsicMatrix")
+    kind = int(fields.number(data.get("cameraType", _PERSPECTIVE), where))
     if kind == _FISHEYE and len(coefficients) >= 4:
-        lens, used = "fisheye", 4
+        lens, used = fisheye_lens(coefficients, where)
     elif kind == _PERSPECTIVE and len(coefficients) >= 8:
-        lens, used = ("brown8", 8) if any(coefficients[5:8]) else ("brown5", 5)
+        lens, used = opencv_lens(coefficients, where)
     else:
         raise FormatError(
-            f"{where}: camera type {kind} with {len(coefficients)} coefficients is not known here"
+            f"{where}: camera type {kind} with {len(coefficients)} coefficients is not known here",
+            advice=f"known are {_PERSPECTIVE} (perspective, 8 or 14) and {_FISHEYE} (fisheye, 4)",
         )
-    if any(coefficients[8 if lens != "fisheye" else 4 :]):
-        raise FormatError(f"{where}: has a thin-prism or tilted lens, which is not known here")
     width, height = (
         fields.size_px(fields.field(data, n, where), where) for n in ("width", "height")
     )
     intrinsics = fields.four([*matrix[[0, 1], [0, 1]].tolist(), *matrix[:2, 2].tolist()], where)
-    return fields.camera((width, height), intrinsics, lens, coefficients[:used], where)
+    return fields.camera((width, height), intrinsics, lens, used, where)
 
 
-def _step(extrinsics: fields.Fields, where: str) -> tuple[int, Pose] | None:
+def _step(data: fields.Fields, where: str, *, must_tell: bool) -> tuple[int, Pose] | None:
+    """Where a camera's extrinsics lead, and how; None for one at which others end."""
+    if not must_tell and not data.get("extrinsics"):
+        return None
+    extrinsics = fields.mapping(fields.field(data, "extrinsics", where), where)
     target = int(fields.number(fields.field(extrinsics, "toCameraSocket", where), where))
     if target < 0:
         return None

@@ -10,11 +10,15 @@ from typing import TYPE_CHECKING, ClassVar
 from rig.errors import ConfigError
 from rig.export import depthai
 from rig.export.exported import ExportedGeometry
-from rig.export.geometry_format import GeometryExport, GeometryFormat, export_geometry
+from rig.export.geometry_format import (
+    GeometryExport,
+    GeometryFormat,
+    export_geometry,
+    stored_geometry,
+)
 from rig.export.verdict import weakness
 from rig.geometry.rig_geometry import RigGeometry
 from rig.hardware.opening import oak_eeprom
-from rig.stored import stored_rig
 
 if TYPE_CHECKING:
     from rig.database import Store
@@ -64,9 +68,9 @@ class DepthaiExport(GeometryExport):
             FormatError: a view has no socket, or the format cannot hold a lens.
             StoreError: no such calibration, or a file cannot be written.
         """
-        geometry = stored_rig(store, number).geometry
+        stored = store.calibration(number)
+        geometry, weak = stored_geometry(stored), weakness(stored.quality)
         folder = self.folder(number, out)
-        weak = weakness(store.calibration(number).quality)
         if self.backup is None:
             return self._write(geometry, folder, self.device_json, weak)
         with oak_eeprom(self.device) as eeprom:

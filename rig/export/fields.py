@@ -8,12 +8,12 @@ from typing import cast
 
 import numpy as np
 import yaml
-from scipy.spatial.transform import Rotation
 
 from rig.arrays import Float
 from rig.bounded_text import read_text
 from rig.errors import ConfigError, FormatError
 from rig.export.bounded_yaml import BoundedLoader
+from rig.export.quaternion import matrix_of
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import LensModel
 from rig.geometry.pose import Pose
@@ -195,8 +195,7 @@ def quaternion(xyzw: Sequence[float], translation_mm: Sequence[float], where: st
     length = float(np.linalg.norm(xyzw))
     if not 0.99 < length < 1.01:
         raise FormatError(f"{where}: its quaternion has length {length:g}, expected 1")
-    rotation = Rotation.from_quat(xyzw).as_matrix()
-    return Pose(rotation, _within_reach(translation_mm, where))
+    return Pose(matrix_of(xyzw), _within_reach(translation_mm, where))
 
 
 def _within_reach(translation_mm: Sequence[float], where: str) -> Float:

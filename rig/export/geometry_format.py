@@ -13,10 +13,11 @@ from rig.export.lens_change import Narrow, Refit, exact_lens, refit
 from rig.export.verdict import weakness, write_weakness
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.rig_geometry import RigGeometry
-from rig.stored import stored_rig
+from rig.geometry.rig_geometry_json import geometry_from_json
 
 if TYPE_CHECKING:
     from rig.database import Store
+    from rig.records import StoredCalibration
 
 AGREEMENT_PX = 1e-6
 """A file that is read back puts points no further than this from where the calibration does."""
@@ -57,13 +58,30 @@ class GeometryExport:
 
     def export(self, store: "Store", number: int, out: Path | None) -> ExportedGeometry:
         """See `Exporter.export`."""
+        stored = store.calibration(number)
         return export_geometry(
-            stored_rig(store, number).geometry,
+            stored_geometry(stored),
             self.format,
             self.folder(number, out),
             may_refit=self.refit,
-            weak=weakness(store.calibration(number).quality),
+            weak=weakness(stored.quality),
         )
+
+
+def stored_geometry(stored: "StoredCalibration") -> RigGeometry:
+    """Return what a stored calibration found.
+
+    Raises:
+        ConfigError: it was written by another version.
+        FormatError: it is one of lenslets, which none of these formats holds.
+    """
+    if "version" not in stored.geometry:
+        raise FormatError(
+            f"calibration {stored.id} is one of lenslets behind one lens, which no format of other "
+            "tools holds",
+            advice="export a capture of it instead: its views are pinholes at known places",
+        )
+    return geometry_from_json(stored.geometry)
 
 
 def geometry_format(name: str) -> GeometryFormat:

@@ -1,7 +1,7 @@
 """Another tool's calibration as that of a rig: its views, matched to the profile's."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rig.errors import FormatError, StoreError
@@ -77,8 +77,6 @@ def match_views(
     """
     names = tuple(view.name for view in profile.views)
     renamed = dict(view_of or {})
-    if not renamed and len(names) == len(geometry.names) == 1:
-        renamed = {geometry.names[0]: names[0]}  # no other can be meant
     unknown = sorted(set(renamed) - set(geometry.names))
     if unknown:
         raise FormatError(
@@ -106,6 +104,55 @@ def match_views(
         geometry.stage,
     )
     return aligned(relabelled, names, names[profile.reference])
+
+
+def into_one_view(
+    alone: RigGeometry,
+    profile: Profile,
+    view_of: Mapping[str, str] | None,
+    others: RigGeometry | None,
+) -> RigGeometry:
+    """Return what is known of a rig, with another tool's camera for one of its views.
+
+    Args:
+        alone: one camera.
+        profile: the rig.
+        view_of: by the file's name of the camera: the profile's name of that view.
+        others: the rig as it is calibrated; None where it is not.
+
+    Returns:
+        The geometry without a covariance: it belonged to the old camera.
+
+    Raises:
+        FormatError: it is not said which view it is, pictures have another size, or of the other
+            views nothing is known.
+    """
+    (camera,), (name,) = alone.cameras, alone.names
+    view = (view_of or {}).get(name, name)
+    views = [known.name for known in profile.views]
+    if view not in views:
+        raise FormatError(
+            f"the file holds one camera, {name}; the views of {profile.name} are "
+            f"{', '.join(views)}",
+            advice=f"say which it is, e.g. --view {name}={views[0]}; or give a folder with one "
+            "file for each",
+        )
+    if others is None:
+        raise FormatError(
+            f"the file holds the camera of {view} only, and of the other views of {profile.name} "
+            "nothing is known",
+            advice="give a folder with one file for each view, or calibrate the rig before",
+        )
+    at = others.names.index(view)
+    before = others.cameras[at]
+    if (camera.width_px, camera.height_px) != (before.width_px, before.height_px):
+        raise FormatError(
+            f"the file's camera has pictures of {camera.width_px} x {camera.height_px} px, view "
+            f"{view} is calibrated at {before.width_px} x {before.height_px} px",
+            advice="calibrate the camera at that size, or the rig at the other",
+        )
+    cameras = (*others.cameras[:at], camera, *others.cameras[at + 1 :])
+    return replace(others, cameras=cameras, covariance=None, stage=None)
 
 
 def _only(geometry: RigGeometry, chosen: list[str]) -> RigGeometry:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rig.errors import FormatError, StoreError
+from rig.export import oak_gen1
 from rig.export.formats import formats_of
 from rig.files import read_bytes
 
@@ -16,7 +17,6 @@ _LOOKED_AT_BYTES = 200_000
 """Of every file: each of these formats shows itself in its first lines."""
 _MOST_FILES = 200
 """Of a folder; a calibration has one file per view at most."""
-_GEN1_BYTES = 444
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,11 +83,12 @@ _OTHERS = (
         "write its K, dist and poses with cv2.FileStorage, or calibrate the pictures here",
     ),
     _foreign(
-        "the description of a DepthAI board, without a calibration", rb'"board_config"\s*:',
+        "the description of a DepthAI board, without a calibration",
+        rb'\A(?![\s\S]*"cameraData")[\s\S]*"board(?:_config|Conf|Name)"\s*:',
         "give what the device itself holds, as `rig export` or DepthAI write it (cameraData)",
     ),
     _foreign(
-        "a CAHVOR model", rb"^\s*Model\s*=\s*CAHVOR",
+        "a CAHVOR model", rb"^[ \t]{0,20}Model[ \t]{0,20}=[ \t]{0,20}CAHVOR",
         "convert it: mrcal-to-cameramodel FILE, then mrcal-convert-lensmodel LENSMODEL_OPENCV8",
     ),
     _foreign(
@@ -145,7 +146,7 @@ def _of_file(path: Path) -> str:
     content = read_bytes(path, most=_LOOKED_AT_BYTES)
     if path.name in ("cameras.bin", "images.bin"):
         return "colmap"
-    if len(content) == _GEN1_BYTES and b"\0" in content:
+    if len(content) == oak_gen1.BYTES and b"\0" in content:
         return "depthai"
     for other in _OTHERS:
         if other.pattern.search(content):

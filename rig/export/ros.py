@@ -14,12 +14,12 @@ from typing import ClassVar, cast
 
 import numpy as np
 import yaml
-from scipy.spatial.transform import Rotation
 
 from rig.arrays import Float
 from rig.errors import FormatError
 from rig.export import fields
 from rig.export.geometry_format import GeometryExport, GeometryFormat
+from rig.export.quaternion import quaternion_of
 from rig.files import write_bytes
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import LensModel
@@ -129,7 +129,7 @@ def _matrix(values: Float) -> dict[str, object]:
 
 
 def _transform(parent: str, child: str, parent_from_child: Pose) -> dict[str, object]:
-    quaternion = Rotation.from_matrix(parent_from_child.rotation).as_quat().tolist()
+    quaternion = quaternion_of(parent_from_child.rotation)
     moved_m = (parent_from_child.translation_mm / 1000.0).tolist()
     return {
         "header": {"frame_id": parent},

@@ -104,7 +104,7 @@ def test_lenses_of_a_device(
         (2, [0.0] * 14, "camera type 2"),
         (0, [0.0] * 8 + [0.1] + [0.0] * 5, "thin-prism or tilted"),
         (0, [0.0] * 13 + [0.1], "thin-prism or tilted"),
-        (1, [0.1] * 5, "thin-prism or tilted"),
+        (1, [0.1] * 5, "of a fisheye, expected 4"),
     ],
 )
 def test_lenses_that_are_not_known_are_refused(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rig.errors import FormatError
-from rig.export.geometry_import import match_views
+from rig.export.geometry_import import into_one_view, match_views
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
@@ -68,3 +68,44 @@ def test_cameras_that_are_not_the_views_are_refused_with_an_example():
         match_views(geometry_of(there), PROFILE)
     assert "the file's cameras are cam0" in str(caught.value)
     assert f"--view cam0={NAMES[0]}" in str(caught.value)
+
+
+def test_cameras_that_no_view_takes_are_left_out_on_demand() -> None:
+    there = geometry_of((*(f"cam{number}" for number in range(5)), "spare"), 5)
+    view_of = {f"cam{number}": name for number, name in enumerate(NAMES)}
+    found = match_views(there, PROFILE, view_of)
+    assert found.names == NAMES
+    assert [camera.fx_px for camera in found.cameras] == [900.0, 901.0, 902.0, 903.0, 904.0]
+    at_mm = [pose.translation_mm[0] for pose in found.cam_from_reference]
+    assert at_mm == pytest.approx([10.0 * (n - PROFILE.reference) for n in range(5)])
+
+
+def test_one_camera_takes_the_place_of_one_view() -> None:
+    before = geometry_of(NAMES, PROFILE.reference)
+    before = replace(before, covariance=np.eye(before.parameter_count))
+    camera = CameraModel(640, 480, 800.0, 801.0, 320.0, 240.0, "brown5", (0.1, 0, 0, 0, 0))
+    alone = RigGeometry(("ost",), 0, (camera,), (Pose.identity(),))
+    found = into_one_view(alone, PROFILE, {"ost": NAMES[2]}, before)
+    assert found.cameras == (*before.cameras[:2], camera, *before.cameras[3:])
+    assert found.cam_from_reference == before.cam_from_reference
+    assert found.covariance is None
+    named = replace(alone, names=(NAMES[4],))
+    assert into_one_view(named, PROFILE, None, before).cameras[4] == camera
+
+
+@pytest.mark.parametrize(
+    ("named", "width_px", "is_known", "says"),
+    [
+        ("ost", 640, True, "one camera, ost; the views of sim are"),
+        (NAMES[0], 640, False, "of the other views of sim nothing is known"),
+        (NAMES[0], 641, True, "pictures of 641 x 480 px, view centre is calibrated at 640 x 480"),
+    ],
+)
+def test_one_camera_that_cannot_be_a_view_is_told_with_why(
+    named: str, width_px: int, is_known: bool, says: str
+) -> None:
+    camera = CameraModel(width_px, 480, 800.0, 801.0, 320.0, 240.0)
+    alone = RigGeometry((named,), 0, (camera,), (Pose.identity(),))
+    others = geometry_of(NAMES, PROFILE.reference) if is_known else None
+    with pytest.raises(FormatError, match=says):
+        into_one_view(alone, PROFILE, None, others)
