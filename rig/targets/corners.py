@@ -157,7 +157,13 @@ def _fit(
     xy_px = completed(turned.xy_px)
     if goes_on(pictures[level], Lattice(at_level(xy_px, level), turned.bright)):
         return None
-    return _measured(pictures, level, xy_px, np.ones(turned.shape, np.bool_), board)
+    whole = np.ones(turned.shape, np.bool_)
+    # Most pictures are sharp enough for the next finer one.
+    for start in sorted({max(level - 1, 0), level}):
+        corners = _measured(pictures, start, xy_px, whole, board)
+        if corners is not None:
+            return corners
+    return None
 
 
 def _fit_part(

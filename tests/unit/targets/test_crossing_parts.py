@@ -23,7 +23,7 @@ def rise(across_px: float, blur_px: float = BLUR_PX) -> crossing.Rise:
 def test_a_blurred_step_is_the_normal_integral(blur_px: float) -> None:
     found = np.array([rise(x, blur_px) for x in X])
     assert found[:, 0] == pytest.approx(norm.cdf(X / blur_px), abs=2.2e-6)
-    assert found[:, 1] == pytest.approx(norm.pdf(X / blur_px) / blur_px, rel=1e-6, abs=3e-5)
+    assert found[:, 1] == pytest.approx(norm.pdf(X / blur_px) / blur_px, rel=2e-5, abs=3e-5)
 
 
 @pytest.mark.parametrize(("widths", "slope"), [(4.59, True), (4.61, False)])
@@ -58,10 +58,11 @@ def test_light_and_its_change_with_the_slant(
 ) -> None:
     x, y = (p.ravel() for p in np.meshgrid(np.linspace(-3, 3, 13), np.linspace(-2.5, 2.5, 11)))
     found = lights(part, x, y, rho)
-    assert found[:, 0] == pytest.approx(formula(x, y, rho, BLUR_PX), abs=4e-7)
+    # The table of steps is good to 2e-6.
+    assert found[:, 0] == pytest.approx(formula(x, y, rho, BLUR_PX), abs=4e-6)
     step = 1e-4
     by_rho = formula(x, y, rho + step, BLUR_PX) - formula(x, y, rho - step, BLUR_PX)
-    assert found[:, 4] == pytest.approx(by_rho / (2 * step), abs=1e-6)
+    assert found[:, 4] == pytest.approx(by_rho / (2 * step), abs=5e-6)
 
 
 def lights(part: Part, x: Float, y: Float, rho: float) -> Float:
@@ -80,7 +81,7 @@ def test_light_changes_with_places_and_blur(
     by_two = formula(x, y + step, rho, BLUR_PX) - formula(x, y - step, rho, BLUR_PX)
     by_blur = formula(x, y, rho, BLUR_PX + step) - formula(x, y, rho, BLUR_PX - step)
     # To the first power of the correlation.
-    close = 1e-6 + rho**2
+    close = 1e-5 + rho**2
     assert found[:, 1] == pytest.approx(by_one / (2 * step), abs=close)
     assert found[:, 2] == pytest.approx(by_two / (2 * step), abs=close)
     assert found[:, 3] == pytest.approx(by_blur / (2 * step), abs=3 * close)
