@@ -7,15 +7,11 @@ from rig.errors import TargetError
 from rig.geometry.homography import fit_homography, grid_places, map_points
 from rig.targets.checkerboard import Checkerboard
 from rig.targets.lattice import Lattice
+from rig.targets.measurable import MIN_SIDE_PX
 from rig.targets.outline import ended_sides
 from rig.targets.pyramid import Image, Picture
 from rig.targets.saddles import bilinear
 from rig.targets.smooth_lines import smooth_triples
-
-MIN_SIDE_PX = 6.0
-"""Smaller squares leave no room between one edge and the next."""
-MAX_BLUR_RATIO = 0.2
-"""Sigma of an edge over the side of a square, above which neighbouring edges run together."""
 
 _EDGE_PX = 4.0
 """Corners nearer to the border than this cannot be fitted."""

@@ -14,14 +14,10 @@ from rig.arrays import Float
 from rig.errors import TargetError
 from rig.targets.candidates import candidates
 from rig.targets.checkerboard import Checkerboard
-from rig.targets.checkerboard_diagnosis import (
-    MAX_BLUR_RATIO,
-    MIN_SIDE_PX,
-    at_border,
-    why_not,
-)
+from rig.targets.checkerboard_diagnosis import at_border, why_not
 from rig.targets.corner_fit import CrossingFit, fit_crossings
 from rig.targets.lattice import RING_PX, Lattice, cut_to_size, plain_lattices
+from rig.targets.measurable import check_measurable
 from rig.targets.outline import ended_sides, goes_on
 from rig.targets.placing import black_first, certain_place, completed, turns
 from rig.targets.pyramid import Image, at_level, from_level, pyramid
@@ -157,7 +153,13 @@ def _fit(
     xy_px = completed(turned.xy_px)
     if goes_on(pictures[level], Lattice(at_level(xy_px, level), turned.bright)):
         return None
-    return _measured(pictures, level, xy_px, np.ones(turned.shape, np.bool_), board)
+    whole = np.ones(turned.shape, np.bool_)
+    # Most pictures are sharp enough for the next finer one.
+    for start in sorted({max(level - 1, 0), level}):
+        corners = _measured(pictures, start, xy_px, whole, board)
+        if corners is not None:
+            return corners
+    return None
 
 
 def _fit_part(
@@ -183,26 +185,35 @@ def _measured(
     board: Checkerboard,
 ) -> Corners | None:
     """Corners from starts (rows, columns, 2); None if they are not those of a board."""
+    measured: Corners | None = None
     tried: set[int] = set()
-    while True:
-        scale = 2**level
+    while level not in tried:
         fit = _crossings(pictures[level], at_level(xy_px, level), wanted)
         kept = _on_board(fit, wanted)
         if kept is None:
             return None
+        tried.add(level)
         xy_px = xy_px.copy()
         xy_px[wanted] = from_level(fit.xy_px, level)
         wanted, fit = kept, fit.part(kept[wanted])
-        blur_px = float(np.median(fit.blur_px))
-        tried.add(level)
-        level = _suiting(blur_px, level, len(pictures))
-        if level in tried:
-            break
-    xy_px[~wanted] = np.nan
-    sigma_px = np.full(wanted.shape, np.nan)
-    sigma_px[wanted] = fit.sigma_px * scale
-    contrast = float(np.median(np.abs(fit.contrast)))
-    return Corners(board, xy_px, sigma_px, blur_px * scale, contrast)
+        measured = _corners(board, xy_px, wanted, fit, 2**level)
+        level = _suiting(measured.blur_px / 2**level, level, len(pictures))
+    return measured
+
+
+def _corners(
+    board: Checkerboard, xy_px: Float, found: NDArray[np.bool_], fit: CrossingFit, scale: int
+) -> Corners:
+    """Corners where they are found, from a fit in px of so many."""
+    sigma_px = np.full(found.shape, np.nan)
+    sigma_px[found] = fit.sigma_px * scale
+    return Corners(
+        board,
+        np.where(found[..., None], xy_px, np.nan),
+        sigma_px,
+        float(np.median(fit.blur_px)) * scale,
+        float(np.median(np.abs(fit.contrast))),
+    )
 
 
 def _suiting(blur_px: float, level: int, levels: int) -> int:
@@ -258,19 +269,5 @@ def _on_board(fit: CrossingFit, wanted: NDArray[np.bool_]) -> NDArray[np.bool_] 
 
 def _checked(corners: Corners) -> Corners:
     """Refuse a board that is there but too small or too blurred to measure."""
-    side_px, board = corners.side_px, corners.board
-    if side_px < MIN_SIDE_PX:
-        raise TargetError(
-            f"{board} board found with squares of {side_px:.1f} px, at least {MIN_SIDE_PX:.0f} px "
-            "are needed",
-            advice="bring the board nearer or use larger squares",
-            reason="too-small",
-        )
-    if corners.blur_px > MAX_BLUR_RATIO * side_px:
-        raise TargetError(
-            f"{board} board found with edges blurred by {corners.blur_px:.1f} px on squares of "
-            f"{side_px:.1f} px, at most {MAX_BLUR_RATIO * side_px:.1f} px can be measured",
-            advice="focus the lens, or hold the board still",
-            reason="blurred",
-        )
+    check_measurable(f"{corners.board} board", corners.side_px, corners.blur_px)
     return corners

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.arrays import Float
+from rig.compute.kernel import kernel
 from rig.targets.links import neighbours
 from rig.targets.saddles import Saddles
 from rig.targets.smooth_lines import smooth_triples
@@ -66,16 +67,16 @@ def grow_lattices(
         fewest: corners below which a lattice is chance; at least 9 also asks for 3 x 3.
     """
     neighbour = neighbours(saddles, edges_of)
-    linked = np.flatnonzero((neighbour >= 0).any(axis=(1, 2))).tolist()
-    unseen = set(linked)
+    is_seen = (neighbour < 0).all(axis=(1, 2))
+    taken = np.zeros((2 * len(saddles) + 1, 2 * len(saddles) + 1), np.bool_)
     lattices: list[Lattice] = []
-    for seed in linked:
-        if seed not in unseen:
+    for seed in range(len(saddles)):
+        if is_seen[seed]:
             continue
-        placed = _walk(seed, neighbour, saddles.axes, unseen)
-        if len(placed) < fewest:
+        index, places = _walk(seed, neighbour, saddles.axes, is_seen, taken)
+        if len(index) < fewest:
             continue
-        lattice = without_strays(_on_grid(placed, saddles), 0.5)
+        lattice = without_strays(_on_grid(index, places, saddles), 0.5)
         if min(lattice.shape) >= (3 if fewest >= _FEWEST else 2):
             lattices.append(lattice)
     return sorted(lattices, key=lambda lattice: -int(lattice.found.sum()))
@@ -87,48 +88,81 @@ def plain_lattices(saddles: Saddles, picture: NDArray[np.float32]) -> list[Latti
     return grow_lattices(saddles)[:_LATTICES]
 
 
+@kernel()
 def _walk(
-    seed: int, neighbour: NDArray[np.intp], axes: Float, unseen: set[int]
-) -> dict[tuple[int, int], int]:
-    """Give every saddle reachable from the seed its (row, column); takes them out of `unseen`."""
-    right, down = axes[seed]
-    if right[0] * down[1] - right[1] * down[0] < 0:
-        down = -down
-    placed = {(0, 0): seed}
-    unseen.discard(seed)
-    queue: list[tuple[int, int, int, Float, Float]] = [(0, 0, seed, right, down)]
-    for row, column, index, right, down in queue:
-        for axis in (0, 1):
-            own = axes[index, axis]
-            is_row = abs(float(own @ down)) > abs(float(own @ right))
-            forward = float(own @ (down if is_row else right)) > 0
-            for direction in (0, 1):
-                other = int(neighbour[index, axis, direction])
-                step = 1 if forward == (direction == 0) else -1
-                place = (row + step, column) if is_row else (row, column + step)
-                if other not in unseen or place in placed:
+    seed: int,
+    neighbour: NDArray[np.intp],
+    axes: Float,
+    is_seen: NDArray[np.bool_],
+    taken: NDArray[np.bool_],
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Give every saddle reachable from the seed its (row, column), breadth first.
+
+    Args:
+        seed: where to begin.
+        neighbour: (N, 2, 2) as `rig.targets.links.neighbours` gives them.
+        axes: (N, 2, 2) of the saddles.
+        is_seen: (N,) which saddles have a place already; those reached are marked.
+        taken: (2 N + 1, 2 N + 1) all false, before and after.
+
+    Returns:
+        (M,) saddles, and (M, 2) their places.
+    """
+    count = len(axes)
+    index, place = np.empty(count, np.intp), np.empty((count, 2), np.intp)
+    frame = np.empty((count, 2, 2))  # To the right and down, as seen at each saddle.
+    index[0], place[0] = seed, 0
+    frame[0] = axes[seed]
+    if frame[0, 0, 0] * frame[0, 1, 1] - frame[0, 0, 1] * frame[0, 1, 0] < 0:
+        frame[0, 1] = -frame[0, 1]
+    taken[count, count] = True
+    is_seen[seed] = True
+    reached, at = 1, 0
+    while at < reached:
+        here = index[at]
+        for axis in range(2):
+            across, down = (
+                _dot(axes[here, axis], frame[at, 0]),
+                _dot(axes[here, axis], frame[at, 1]),
+            )
+            is_row = abs(down) > abs(across)
+            is_forward = (down if is_row else across) > 0
+            for direction in range(2):
+                other = neighbour[here, axis, direction]
+                step = 1 if is_forward == (direction == 0) else -1
+                row = place[at, 0] + (step if is_row else 0)
+                column = place[at, 1] + (0 if is_row else step)
+                if other < 0 or is_seen[other] or taken[count + row, count + column]:
                     continue
-                placed[place] = other
-                unseen.discard(other)
-                queue.append((*place, other, *_carried(axes[other], right, down)))
-    return placed
+                is_seen[other] = taken[count + row, count + column] = True
+                index[reached], place[reached, 0], place[reached, 1] = other, row, column
+                _carry(axes[other], frame[at], frame[reached])
+                reached += 1
+        at += 1
+    for k in range(reached):
+        taken[count + place[k, 0], count + place[k, 1]] = False
+    return index[:reached].copy(), place[:reached].copy()
 
 
-def _carried(axes: Float, right: Float, down: Float) -> tuple[Float, Float]:
-    """The neighbour's own axes, named and signed like those of the point we come from."""
-    first, second = axes
-    if abs(float(first @ right)) < abs(float(second @ right)):
-        first, second = second, first
-    return first * np.sign(first @ right), second * np.sign(second @ down)
+@kernel()
+def _dot(a: Float, b: Float) -> float:
+    return a[0] * b[0] + a[1] * b[1]
 
 
-def _on_grid(placed: dict[tuple[int, int], int], saddles: Saddles) -> Lattice:
-    places = np.array(list(placed))
-    places -= places.min(axis=0)
+@kernel()
+def _carry(axes: Float, frame: Float, own: Float) -> None:
+    """A neighbour's own axes, named and signed like those of the point we come from."""
+    first = 1 if abs(_dot(axes[0], frame[0])) < abs(_dot(axes[1], frame[0])) else 0
+    for k in range(2):
+        axis = axes[first if k == 0 else 1 - first]
+        own[k] = axis * np.sign(_dot(axis, frame[k]))
+
+
+def _on_grid(index: NDArray[np.intp], places: NDArray[np.intp], saddles: Saddles) -> Lattice:
+    places = places - places.min(axis=0)
     rows, columns = places.max(axis=0) + 1
     xy_px = np.full((rows, columns, 2), np.nan)
     bright = np.full((rows, columns, 2), np.nan)
-    index = list(placed.values())
     xy_px[places[:, 0], places[:, 1]] = saddles.xy_px[index]
     bright[places[:, 0], places[:, 1]] = saddles.bright[index]
     return Lattice(xy_px, bright)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.arrays import Float
+from rig.compute.kernel import kernel
 from rig.targets.edge_links import are_edges
 from rig.targets.saddles import Saddles
 
@@ -52,46 +53,67 @@ def neighbours(saddles: Saddles, edges_of: NDArray[np.float32] | None) -> Index:
     if edges_of is not None:
         links = _shortest(links.part(links.length_px > _SHORTEST_EDGE_PX), len(saddles))
         links = links.part(are_edges(edges_of, saddles, links.first, links.last))
-    # Longest first: where a point has several links along one direction, the shortest stays.
-    order = np.argsort(-links.length_px, kind="stable")
     length_px = np.full((len(saddles), 2, 2), np.inf)
-    for here, there in ((links.first, links.last), (links.last, links.first)):
-        here, there = here[order], there[order]
-        along = _along(saddles, here, there)
-        axis = np.abs(along).argmax(axis=1)
-        backward = (np.take_along_axis(along, axis[:, None], axis=1)[:, 0] < 0).astype(np.intp)
-        nearest = np.full_like(chosen, -1)
-        nearest[here, axis, backward] = there
-        own_px = np.full_like(length_px, np.inf)
-        own_px[here, axis, backward] = links.length_px[order]
-        nearer = own_px < length_px
-        chosen, length_px = np.where(nearer, nearest, chosen), np.where(nearer, own_px, length_px)
+    _choose(
+        saddles.xy_px, saddles.axes, links.first, links.last, links.length_px, chosen, length_px
+    )
     shortest = length_px.min(axis=2, keepdims=True)
     return _mutual(np.where(length_px > _LONGEST_RATIO * shortest, -1, chosen))
 
 
+@kernel()
+def _choose(
+    xy_px: Float,
+    axes: Float,
+    first: Index,
+    last: Index,
+    link_px: Float,
+    chosen: Index,
+    length_px: Float,
+) -> None:
+    """Where a point has several links along one direction, take the shortest."""
+    for k in range(2 * len(first)):
+        link = k // 2
+        here, there = (first[link], last[link]) if k % 2 == 0 else (last[link], first[link])
+        x, y = xy_px[there, 0] - xy_px[here, 0], xy_px[there, 1] - xy_px[here, 1]
+        along = axes[here, 0, 0] * x + axes[here, 0, 1] * y
+        other = axes[here, 1, 0] * x + axes[here, 1, 1] * y
+        axis = 1 if abs(other) > abs(along) else 0
+        backward = 1 if (other if axis else along) < 0 else 0
+        if link_px[link] < length_px[here, axis, backward]:
+            length_px[here, axis, backward] = link_px[link]
+            chosen[here, axis, backward] = there
+
+
 def _along_axes(saddles: Saddles) -> _Links:
     """Pairs of opposite colours whose link leaves both ends along an axis."""
-    x, y = saddles.xy_px.T.astype(np.float32)
-    across, down = x - x[:, None], y - y[:, None]
-    square = across * across + down * down
-    along = np.zeros_like(square)
-    for axis in (0, 1):
-        axis_x, axis_y = saddles.axes[:, axis].T.astype(np.float32)
-        part = axis_x[:, None] * across + axis_y[:, None] * down
-        np.maximum(along, part * part, out=along)
-    leaves = along > np.float32(1 - _MAX_SINE**2) * square
-    leaves &= leaves.T
-    leaves &= saddles.bright @ saddles.bright.T < _OPPOSITE
-    first, last = np.divmod(np.flatnonzero(np.triu(leaves)), len(saddles))
+    first, last = _pairs(saddles.xy_px, saddles.axes, saddles.bright)
     return _Links(first, last, np.hypot(*(saddles.xy_px[last] - saddles.xy_px[first]).T))
 
 
-def _along(saddles: Saddles, here: Index, there: Index) -> Float:
-    """(K, 2) how far one saddle lies along the axes of another, px."""
-    apart = saddles.xy_px[there] - saddles.xy_px[here]
-    axes = saddles.axes[here]
-    return axes[..., 0] * apart[:, :1] + axes[..., 1] * apart[:, 1:]
+@kernel()
+def _pairs(xy_px: Float, axes: Float, bright: Float) -> tuple[Index, Index]:
+    count = len(xy_px)
+    first = np.empty(count * (count - 1) // 2, np.intp)
+    last = np.empty(count * (count - 1) // 2, np.intp)
+    found = 0
+    for i in range(count):
+        for j in range(i + 1, count):
+            if bright[i, 0] * bright[j, 0] + bright[i, 1] * bright[j, 1] >= _OPPOSITE:
+                continue
+            x, y = xy_px[j, 0] - xy_px[i, 0], xy_px[j, 1] - xy_px[i, 1]
+            least = (1 - _MAX_SINE**2) * (x * x + y * y)
+            if _most_along(axes[i], x, y) > least and _most_along(axes[j], x, y) > least:
+                first[found], last[found] = i, j
+                found += 1
+    return first[:found].copy(), last[:found].copy()
+
+
+@kernel()
+def _most_along(axes: Float, x: float, y: float) -> float:
+    """Square of how far a step goes along either axis."""
+    one, other = axes[0, 0] * x + axes[0, 1] * y, axes[1, 0] * x + axes[1, 1] * y
+    return max(one * one, other * other)
 
 
 def _shortest(links: _Links, count: int) -> _Links:

@@ -16,6 +16,8 @@ _LEAST_PX = 0.08
 """... unless they are so small that distortion or a bent board may be the reason."""
 _MOST_SIGMAS = 5.0
 _ROUNDS = 12
+_WORST_CONDITION = 1e12
+"""Of the normal equations, above which neighbours (all in one line) do not fix a homography."""
 
 
 def inliers(xy_px: Float, sigma_px: Float, places: Float | None = None) -> NDArray[np.bool_]:
@@ -77,11 +79,15 @@ def _misses(
     products = along_u[:, :, None] * along_u[:, None] + along_v[:, :, None] * along_v[:, None]
     normal = (weight @ products.reshape(count, -1)).reshape(count, 8, 8)
     wanted = weight @ (along_u * u[:, None] + along_v * v[:, None])
-    enough = (near.sum(axis=1) >= _FEWEST) & (np.linalg.cond(normal) < 1e12)
+    # A trace of the identity keeps inversions of what neighbours do not fix from failing.
+    size = np.linalg.norm(normal, axis=(1, 2))
+    inverse = np.linalg.inv(normal + (1e-15 * size[:, None, None] + 1e-300) * np.eye(8))
+    condition = size * np.linalg.norm(inverse, axis=(1, 2))
+    enough = (near.sum(axis=1) >= _FEWEST) & (condition < _WORST_CONDITION)
     miss, sigma = np.full(count, np.nan), np.full(count, np.nan)
     if not enough.any():
         return miss, sigma
-    inverse = np.linalg.inv(normal[enough])
+    inverse = inverse[enough]
     h = (inverse @ wanted[enough][..., None])[..., 0]
     place = np.stack([x, y, one], axis=-1)[enough]
     below = 1.0 + h[:, 6] * place[:, 0] + h[:, 7] * place[:, 1]

@@ -103,7 +103,9 @@ def _above(picture: Picture, xy_px: Float) -> _OuterSquares | None:
     # Squares between two columns whose first three corners are all known.
     known = np.isfinite(xy_px[:3, :, 0]).all(axis=0)
     square = np.flatnonzero(known[:-1] & known[1:])
-    inner = _look(picture, xy_px, square, -_MIDDLE)
+    inner, outer, before, beyond, following = _look(
+        picture, xy_px[:3], square, np.array([-_MIDDLE, _MIDDLE, _BEFORE, _BEYOND, _NEXT])
+    )
     is_even = square % 2 == 0
     if not is_even.any() or is_even.all():
         return None
@@ -112,24 +114,23 @@ def _above(picture: Picture, xy_px: Float) -> _OuterSquares | None:
         return None
     # Outer squares have the other colour than the inner ones beside them.
     white = is_even == (even < odd)
+    middle, half = (even + odd) / 2, abs(even - odd) / 2
     outer, before, beyond, following = (
-        (_look(picture, xy_px, square, steps) - (even + odd) / 2) / (abs(even - odd) / 2)
-        for steps in (_MIDDLE, _BEFORE, _BEYOND, _NEXT)
+        (grey - middle) / half for grey in (outer, before, beyond, following)
     )
     seen = (np.where(white, outer, -outer) > _CLEAR) & np.isfinite(beyond)
     return _OuterSquares(white, seen, before, beyond, following)
 
 
-def _look(picture: Picture, xy_px: Float, square: NDArray[np.intp], steps: float) -> Float:
-    """Grey (S,) of squares above the first row, so many steps beyond it; NaN out of view.
+def _look(picture: Picture, lines_px: Float, square: NDArray[np.intp], steps: Float) -> Float:
+    """Grey (K, S) of squares K steps beyond the first of three lines; NaN out of view.
 
     The next places follow from three corners: a wide lens bends the lines.
     """
-    first, second, third = xy_px[:3]
+    first, second, third = lines_px
     bend = first - 2 * second + third
+    steps = steps[:, None, None]
     line = first + steps * (first - second) + steps * (steps + 1) / 2 * bend
-    place = (line[square] + line[square + 1]) / 2
-    last = np.array(picture.shape[::-1]) - 1
-    within = np.clip(place, 0, last)
-    grey = bilinear(picture, within)
-    return np.where((within == place).all(axis=1), grey, np.nan)
+    place = (line[:, square] + line[:, square + 1]) / 2
+    within = np.clip(place, 0, np.array(picture.shape[::-1]) - 1)
+    return np.where((within == place).all(axis=2), bilinear(picture, within), np.nan)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.arrays import Float
+from rig.compute.kernel import kernel
 
 Picture = NDArray[np.float32]
 
@@ -14,6 +15,9 @@ MAX_SADDLES = 400
 """No more are looked at, so that noise costs no more time than a board."""
 _RING = 16
 _TURN: Float = np.arange(_RING, dtype=np.float64) * (2 * np.pi / _RING)
+_ROUNDING = 1.2e-4
+"""Of the brightest pixel: what single precision may make of a second derivative that is none, the
+geometric mean of it and of the largest one."""
 _WEAKEST = 0.01
 """Responses below this share of the strongest ones are not looked at."""
 
@@ -48,14 +52,9 @@ def find_saddles(picture: Picture, *, smooth_px: float, ring_px: float) -> Saddl
         ring_px: radius of the ring; squares must be larger.
     """
     smooth = cv2.GaussianBlur(picture, (0, 0), smooth_px).astype(np.float32, copy=False)
-    second = np.array([[1.0, -2.0, 1.0]], np.float32)
-    xx = cv2.filter2D(smooth, cv2.CV_32F, second)
-    yy = cv2.filter2D(smooth, cv2.CV_32F, second.T)
-    slope = np.array([-0.5, 0.0, 0.5], np.float32)
-    xy = cv2.sepFilter2D(smooth, cv2.CV_32F, slope, slope)
-    # In place: a new array of that size costs more than the product in it.
-    strength = cv2.subtract(cv2.multiply(xy, xy, dst=xy), cv2.multiply(xx, yy, dst=xx), dst=xy)
-    row, column = _strongest(np.asarray(strength, np.float32), border=int(np.ceil(ring_px)) + 1)
+    least = (_ROUNDING * float(smooth.max())) ** 2
+    border = int(np.ceil(ring_px)) + 1
+    row, column = _strongest(_strength(smooth, border), border=border, least=least)
     hessian = _hessian(smooth, row, column)
     xy_px = np.stack([column, row], axis=-1) + _beside_pixel(smooth, row, column, hessian)
     ring = bilinear(smooth, xy_px[:, None] + ring_px * _unit(_TURN))
@@ -64,20 +63,75 @@ def find_saddles(picture: Picture, *, smooth_px: float, ring_px: float) -> Saddl
     return Saddles(xy_px[kept], axes, bright, contrast[kept])
 
 
-def _strongest(strength: Picture, *, border: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+@kernel()
+def _strength(smooth: Picture, border: int) -> Picture:
+    """Less the determinant of the Hessian, and zero nearer to the border of the picture."""
+    strength = np.zeros_like(smooth)
+    two, quarter = np.float32(2), np.float32(0.25)
+    for row in range(border, smooth.shape[0] - border):
+        above, here, below = smooth[row - 1], smooth[row], smooth[row + 1]
+        for column in range(border, smooth.shape[1] - border):
+            xx = here[column - 1] - two * here[column] + here[column + 1]
+            yy = above[column] - two * here[column] + below[column]
+            xy = above[column - 1] - above[column + 1] - below[column - 1] + below[column + 1]
+            xy *= quarter
+            strength[row, column] = xy * xy - xx * yy
+    return strength
+
+
+@kernel()
+def _peaks(strength: Picture, border: int, least: float) -> NDArray[np.intp]:
+    """(K, 2) rows and columns, so far from the border of the picture (two pixels at least).
+
+    Of values above `least` that no other one within two pixels exceeds.
+    """
+    rows, columns = strength.shape
+    found = np.empty((len(strength) * columns // 4 + columns, 2), np.intp)
+    above_all = np.zeros(columns, np.bool_)
+    count = 0
+    for row in range(border, rows - border):
+        above, here, below = strength[row - 1], strength[row], strength[row + 1]
+        for column in range(border, columns - border):
+            value = here[column]
+            # Without branches: several at a time.
+            above_all[column] = (
+                (value > least)
+                & (value >= here[column - 1])
+                & (value >= here[column + 1])
+                & (value >= above[column])
+                & (value >= below[column])
+            )
+        for column in range(border, columns - border):
+            if not above_all[column]:
+                continue
+            if _is_highest(strength, row, column):
+                found[count, 0], found[count, 1] = row, column
+                count += 1
+    return found[:count]
+
+
+@kernel()
+def _is_highest(strength: Picture, row: int, column: int) -> bool:
+    """Whether no value within two pixels is larger."""
+    value = strength[row, column]
+    for y in range(row - 2, row + 3):
+        for x in range(column - 2, column + 3):
+            if strength[y, x] > value:
+                return False
+    return True
+
+
+def _strongest(
+    strength: Picture, *, border: int, least: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Rows and columns of the local maxima worth a look, strongest first."""
-    inner = strength[border:-border, border:-border]
-    if inner.size == 0:
-        none = np.empty(0, np.intp)
-        return none, none
-    peak = inner == cv2.dilate(inner, np.ones((5, 5), np.uint8))
-    row, column = np.divmod(np.flatnonzero(peak & (inner > 0)), inner.shape[1])
-    values = inner[row, column]
+    row, column = _peaks(strength, border, least).T
+    values = strength[row, column]
     order = np.argsort(-values, kind="stable")[:MAX_SADDLES]
     if order.size:
         strong = values[order[min(20, order.size - 1)]]
         order = order[values[order] > _WEAKEST * strong]
-    return row[order] + border, column[order] + border
+    return row[order], column[order]
 
 
 def _hessian(smooth: Picture, row: NDArray[np.intp], column: NDArray[np.intp]) -> Float:
@@ -142,9 +196,22 @@ def _unit(angle_rad: Float) -> Float:
 
 def bilinear(picture: Picture, xy_px: Float) -> Float:
     """Sample a picture at (..., 2) positions inside it."""
-    x, y = xy_px[..., 0], xy_px[..., 1]
-    column = np.clip(x.astype(np.intp), 0, picture.shape[1] - 2)
-    row = np.clip(y.astype(np.intp), 0, picture.shape[0] - 2)
+    return _sample(np.ascontiguousarray(picture), xy_px.reshape(-1, 2)).reshape(xy_px.shape[:-1])
+
+
+@kernel()
+def _sample(picture: Picture, xy_px: Float) -> Float:
+    grey = np.empty(len(xy_px))
+    for n in range(len(xy_px)):
+        grey[n] = grey_at(picture, xy_px[n, 0], xy_px[n, 1])
+    return grey
+
+
+@kernel()
+def grey_at(picture: Picture, x: float, y: float) -> float:
+    """The grey level between four pixels."""
+    column = min(max(int(x), 0), picture.shape[1] - 2)
+    row = min(max(int(y), 0), picture.shape[0] - 2)
     right, down = x - column, y - row
     top = picture[row, column] * (1 - right) + picture[row, column + 1] * right
     bottom = picture[row + 1, column] * (1 - right) + picture[row + 1, column + 1] * right

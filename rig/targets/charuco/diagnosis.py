@@ -9,13 +9,11 @@ from rig.targets.charuco.board import CharucoBoard, dictionary_bits
 from rig.targets.charuco.cells import SampledCells, sample_cells
 from rig.targets.charuco.grid_fit import has_square
 from rig.targets.charuco.markers import known_markers, place_on_board
-from rig.targets.checkerboard_diagnosis import MAX_BLUR_RATIO, exposure_at_fault, is_board_like
+from rig.targets.checkerboard_diagnosis import exposure_at_fault, is_board_like
 from rig.targets.lattice import RING_PX, Lattice, plain_lattices
 from rig.targets.pyramid import Image, Picture
 from rig.targets.saddles import bilinear
 
-_MIN_SIDE_PX = 6.0
-"""As for a checkerboard: corners of smaller squares run together."""
 _MIN_BIT_PX = 1.2
 """Smaller bits cannot be told apart."""
 _ENOUGH = (slice(5), slice(5))
@@ -42,29 +40,6 @@ _LARGEST = (
 """Dictionaries that hold all others: the smaller ones are the beginning of these."""
 _BITS_ACROSS = (6, 7, 8, 9)
 """Bits across a marker of any of them, border included."""
-
-
-def check_measurable(board: CharucoBoard, side_px: float, blur_px: float) -> None:
-    """Refuse corners that are there but too small or too blurred to measure.
-
-    Raises:
-        TargetError: with reason too-small or blurred.
-    """
-    if side_px < _MIN_SIDE_PX:
-        raise TargetError(
-            f"ChArUco board of {board} squares found with squares of {side_px:.1f} px, at least "
-            f"{_MIN_SIDE_PX:.0f} px are needed",
-            advice="bring the board nearer or use larger squares",
-            reason="too-small",
-        )
-    if blur_px > MAX_BLUR_RATIO * side_px:
-        raise TargetError(
-            f"ChArUco board of {board} squares found with edges blurred by {blur_px:.1f} px on "
-            f"squares of {side_px:.1f} px, at most {MAX_BLUR_RATIO * side_px:.1f} px can be "
-            "measured",
-            advice="focus the lens, or hold the board still",
-            reason="blurred",
-        )
 
 
 def why_not(

@@ -12,11 +12,12 @@ import numpy as np
 from rig.arrays import Float
 from rig.targets.candidates import candidates
 from rig.targets.charuco.board import CharucoBoard
-from rig.targets.charuco.diagnosis import check_measurable, why_not
+from rig.targets.charuco.diagnosis import why_not
 from rig.targets.charuco.grid_fit import CornerGrid, fit_grid, has_square
 from rig.targets.charuco.markers import Placing, place_lattice
 from rig.targets.detection import Detection
 from rig.targets.lattice import Lattice, grow_lattices
+from rig.targets.measurable import check_measurable
 from rig.targets.pyramid import Image, Picture, pyramid
 from rig.targets.saddles import Saddles
 
@@ -132,7 +133,7 @@ def _detection(grid: CornerGrid, board: CharucoBoard) -> Detection | None:
         return None
     row, column = np.nonzero(grid.found)
     side_px = Lattice(grid.xy_px, grid.xy_px).side_px
-    check_measurable(board, side_px, grid.blur_px)
+    check_measurable(f"ChArUco board of {board} squares", side_px, grid.blur_px)
     return Detection(
         row * board.columns + column,
         grid.xy_px[row, column],

@@ -174,7 +174,7 @@ def _markers(
     uneven_px = margin**2 / 2 * (bend * normal).sum(axis=2)
     fan = margin * grows * (twist * normal).sum(axis=2) / step_px
     values = (margin * apart_px, border * apart_px, uneven_px, fan)
-    return Markers(*(value.astype(np.float32) for value in values))
+    return Markers(*values)
 
 
 def _put(before: Float, where: NDArray[np.bool_], values: Float) -> Float:

@@ -8,31 +8,30 @@ from scipy.stats import norm
 
 from rig.arrays import Float
 from rig.targets import crossing
-from rig.targets.crossing import PARAMETERS, Markers, crossing_model, crossing_shape
+from rig.targets.crossing import PARAMETERS, Markers, crossing_model
 
-X = np.linspace(-4.0, 4.0, 33)[None]
-BLUR = np.array([[0.9]])
-Part = Callable[..., crossing._Light]
+X = np.linspace(-4.0, 4.0, 33)
+BLUR_PX = 0.9
+Part = Callable[..., crossing.Light]
 
 
-def rise(across_px: Float, blur_px: float = 0.9) -> crossing._Rise:
-    return crossing._rise(across_px, np.array([[blur_px]]))
+def rise(across_px: float, blur_px: float = BLUR_PX) -> crossing.Rise:
+    return crossing._rise(across_px, blur_px)
 
 
 @pytest.mark.parametrize("blur_px", [0.4, 0.9, 2.5])
 def test_a_blurred_step_is_the_normal_integral(blur_px: float) -> None:
-    found = rise(X, blur_px)
-    assert found.value == pytest.approx(norm.cdf(X / blur_px), abs=1.6e-7)
-    assert found.slope == pytest.approx(norm.pdf(X / blur_px) / blur_px, rel=1e-6, abs=1e-9)
-    assert found.across_px is X
+    found = np.array([rise(x, blur_px) for x in X])
+    assert found[:, 0] == pytest.approx(norm.cdf(X / blur_px), abs=2.2e-6)
+    assert found[:, 1] == pytest.approx(norm.pdf(X / blur_px) / blur_px, rel=2e-5, abs=3e-5)
 
 
-def test_far_from_the_edge_nothing_is_denormal() -> None:
-    found = rise(np.array([[-90.0, 90.0]]))
-    assert found.value == pytest.approx(np.array([[0.0, 1.0]]), abs=1e-15)
-    assert found.slope == pytest.approx(
-        np.full((1, 2), np.exp(-36.0) / np.sqrt(2 * np.pi) / 0.9), rel=1e-5
-    )
+@pytest.mark.parametrize(("widths", "slope"), [(4.59, True), (4.61, False)])
+def test_an_edge_is_felt_to_so_many_widths(widths: float, slope: bool) -> None:
+    for side in (1, -1):
+        found = rise(side * widths * BLUR_PX)
+        assert found[0] == pytest.approx(float(side > 0), abs=3e-6)
+        assert (found[1] > 0) is slope
 
 
 def one_quadrant(x: Float, y: Float, rho: float, blur: float) -> Float:
@@ -57,13 +56,17 @@ PAIRS: list[tuple[Part, Callable[[Float, Float, float, float], Float]]] = [
 def test_light_and_its_change_with_the_slant(
     part: Part, formula: Callable[[Float, Float, float, float], Float], rho: float
 ) -> None:
-    x, y = np.meshgrid(np.linspace(-3, 3, 13), np.linspace(-2.5, 2.5, 11))
-    x, y = x.reshape(1, -1), y.reshape(1, -1)
-    found = part(rise(x), rise(y), np.array([[rho]]), BLUR)
-    assert found.value == pytest.approx(formula(x, y, rho, 0.9), abs=4e-7)
+    x, y = (p.ravel() for p in np.meshgrid(np.linspace(-3, 3, 13), np.linspace(-2.5, 2.5, 11)))
+    found = lights(part, x, y, rho)
+    # The table of steps is good to 2e-6.
+    assert found[:, 0] == pytest.approx(formula(x, y, rho, BLUR_PX), abs=4e-6)
     step = 1e-4
-    by_rho = (formula(x, y, rho + step, 0.9) - formula(x, y, rho - step, 0.9)) / (2 * step)
-    assert found.by_rho == pytest.approx(by_rho, abs=1e-6)
+    by_rho = formula(x, y, rho + step, BLUR_PX) - formula(x, y, rho - step, BLUR_PX)
+    assert found[:, 4] == pytest.approx(by_rho / (2 * step), abs=5e-6)
+
+
+def lights(part: Part, x: Float, y: Float, rho: float) -> Float:
+    return np.array([part(a, b, rise(a), rise(b), rho, BLUR_PX) for a, b in zip(x, y, strict=True)])
 
 
 @pytest.mark.parametrize(("part", "formula"), PAIRS)
@@ -71,64 +74,43 @@ def test_light_and_its_change_with_the_slant(
 def test_light_changes_with_places_and_blur(
     part: Part, formula: Callable[[Float, Float, float, float], Float], rho: float
 ) -> None:
-    x, y = np.meshgrid(np.linspace(-3, 3, 13), np.linspace(-2.5, 2.5, 11))
-    x, y = x.reshape(1, -1), y.reshape(1, -1)
-    found = part(rise(x), rise(y), np.array([[rho]]), BLUR)
+    x, y = (p.ravel() for p in np.meshgrid(np.linspace(-3, 3, 13), np.linspace(-2.5, 2.5, 11)))
+    found = lights(part, x, y, rho)
     step = 1e-4
-    by_one = (formula(x + step, y, rho, 0.9) - formula(x - step, y, rho, 0.9)) / (2 * step)
-    by_two = (formula(x, y + step, rho, 0.9) - formula(x, y - step, rho, 0.9)) / (2 * step)
-    by_blur = (formula(x, y, rho, 0.9 + step) - formula(x, y, rho, 0.9 - step)) / (2 * step)
+    by_one = formula(x + step, y, rho, BLUR_PX) - formula(x - step, y, rho, BLUR_PX)
+    by_two = formula(x, y + step, rho, BLUR_PX) - formula(x, y - step, rho, BLUR_PX)
+    by_blur = formula(x, y, rho, BLUR_PX + step) - formula(x, y, rho, BLUR_PX - step)
     # To the first power of the correlation.
-    close = 1e-6 + rho**2
-    assert found.by_one == pytest.approx(by_one, abs=close)
-    assert found.by_two == pytest.approx(by_two, abs=close)
-    assert found.by_blur == pytest.approx(by_blur, abs=3 * close)
-
-
-@pytest.mark.parametrize("side", [1, -1])
-def test_a_quadrant_taken_away_turns_derivatives_by_place_with_its_side(side: int) -> None:
-    light = crossing._Light(*(np.array([[float(n)]]) for n in (10, 20, 30, 40, 50)))
-    light.subtract(crossing._Light(*(np.array([[float(n)]]) for n in (1, 2, 3, 4, 5))), side)
-    found = [float(part[0, 0]) for part in (light.value, light.by_one, light.by_two)]
-    assert found == [9.0, 20.0 - side * 2, 30.0 - side * 3]
-    assert (float(light.by_blur[0, 0]), float(light.by_rho[0, 0])) == (36.0, 45.0)
+    close = 1e-5 + rho**2
+    assert found[:, 1] == pytest.approx(by_one / (2 * step), abs=close)
+    assert found[:, 2] == pytest.approx(by_two / (2 * step), abs=close)
+    assert found[:, 3] == pytest.approx(by_blur / (2 * step), abs=3 * close)
 
 
 def test_what_counts_ends_within_the_border_of_a_marker() -> None:
-    one = np.array([[-5.0, 0.7, 1.0, 1.3, 5.0, 5.0, 5.0]], np.float32)
-    two = np.array([[5.0, 5.0, 5.0, 5.0, 5.0, 2.2, 1.9]], np.float32)
-    border = np.array([[2.5, 3.5]], np.float32)
     # Room: half a pixel and the border, less two blurs of 0.9: 1.2 and 2.2.
-    found = crossing._outside(one, two, border, np.float32(0.9).reshape(1, 1))
-    assert found == pytest.approx(np.array([[1.0, 0.5, 0.2, 0.0, 0.0, 0.0, 0.3]]), abs=1e-6)
+    places = ((-5, 5), (0.7, 5), (1.0, 5), (1.3, 5), (5, 5), (5, 2.2), (5, 1.9))
+    found = [crossing._outside(float(a), float(b), 2.5, 3.5, BLUR_PX) for a, b in places]
+    assert found == pytest.approx([1.0, 0.5, 0.2, 0.0, 0.0, 0.0, 0.3])
 
 
-def test_an_edge_knows_along_across_and_its_normal() -> None:
-    value = np.array([[1.0, 2.0, np.pi / 2, 0.0, 0.9, 0.0, 1.0]])
-    offset = np.array([[1.0, 2.0], [4.0, 7.0]], np.float32)
-    upright, level = crossing._edge(offset, value, 2), crossing._edge(offset, value, 3)
-    assert upright.normal == pytest.approx(np.array([[-1.0, 0.0]]), abs=1e-6)
-    assert upright.across_px == pytest.approx(np.array([[0.0, -3.0]]), abs=1e-6)
-    assert upright.along_px == pytest.approx(np.array([[0.0, 5.0]]), abs=1e-6)
-    assert level.across_px == pytest.approx(np.array([[0.0, 5.0]]), abs=1e-6)
-    assert level.along_px == pytest.approx(np.array([[0.0, 3.0]]), abs=1e-6)
-    # Of the cosine between the normals, by the angle of the first: -sin(90 deg).
-    assert crossing._by_angle(upright, level) == pytest.approx(np.array([[-1.0]]), abs=1e-6)
-    assert crossing._by_angle(level, upright) == pytest.approx(np.array([[1.0]]), abs=1e-6)
+@pytest.mark.parametrize(("half", "sign"), [(2.0, 1.0), (0.0, 1.0), (-2.0, -1.0)])
+def test_edges_are_normals_blur_and_sign(half: float, sign: float) -> None:
+    value = np.array([1.0, 2.0, np.pi / 2, 0.0, 0.9, 0.0, half])
+    assert crossing.edges_of(value) == pytest.approx((-1.0, 0.0, 0.0, 1.0, 0.9, sign))
 
 
 OFFSET = np.stack(np.meshgrid(np.arange(-6.0, 7.0), np.arange(-6.0, 7.0)), axis=-1).reshape(-1, 2)
 
 
 def grey(value: Float, markers: Markers | None = None) -> Float:
-    shape = crossing_shape(OFFSET.astype(np.float32), value, markers)
-    return crossing_model(shape, value)[0].astype(np.float64)
+    return crossing_model(OFFSET, value, markers)[0]
 
 
 @pytest.mark.parametrize("half", [60.0, -60.0])
 def test_derivatives_of_a_square_crossing_are_exact(half: float) -> None:
     at = np.array([[0.2, -0.3, 0.3, 0.3 + np.pi / 2, 1.1, 110.0, half]])
-    _, jacobian = crossing_model(crossing_shape(OFFSET.astype(np.float32), at, None), at)
+    _, jacobian, _ = crossing_model(OFFSET, at, None)
     for column in range(PARAMETERS):
         step = np.zeros_like(at)
         step[0, column] = 0.01
@@ -140,9 +122,9 @@ def test_derivatives_of_a_square_crossing_are_exact(half: float) -> None:
 @pytest.mark.parametrize("half", [60.0, -60.0])
 def test_derivatives_beside_even_markers_are_exact(half: float) -> None:
     at = np.array([[0.2, -0.3, 0.3, 0.3 + np.pi / 2, 1.1, 110.0, half]])
-    ones = np.ones((1, 2), np.float32)
+    ones = np.ones((1, 2))
     even = Markers(2.0 * ones, 1.5 * ones, 0.2 * ones, 0.0 * ones)
-    _, jacobian = crossing_model(crossing_shape(OFFSET.astype(np.float32), at, even), at)
+    _, jacobian, _ = crossing_model(OFFSET, at, even)
     for column in range(PARAMETERS):
         step = np.zeros_like(at)
         step[0, column] = 0.01
@@ -155,14 +137,15 @@ def test_markers_begin_where_their_margins_say(half: float) -> None:
     """Sharp edges along the axes: a marker's corner lies at margin +- unevenness + fan along."""
     at = np.array([[0.0, 0.0, 0.0, np.pi / 2, 0.05, 100.0, half]])
     markers = Markers(
-        np.array([[2.0, 3.0]], np.float32),
-        np.array([[1.0, 1.0]], np.float32),
-        np.array([[0.3, 0.4]], np.float32),
-        np.array([[0.1, 0.2]], np.float32),
+        np.array([[2.0, 3.0]]),
+        np.array([[1.0, 1.0]]),
+        np.array([[0.3, 0.4]]),
+        np.array([[0.1, 0.2]]),
     )
     fine = np.stack(np.meshgrid(np.arange(-8, 8, 0.25), np.arange(-8, 8, 0.25)), axis=-1)
     x, y = fine.reshape(-1, 2).T + 0.125
-    shape = crossing_shape(np.stack([x, y], axis=-1).astype(np.float32), at, markers)
+    grey, _, _ = crossing_model(np.stack([x, y], axis=-1), at, markers)
+    level = (grey[0] - 100.0) / half
     # Across the first edge is y, along it x; across the second -x, along it y.
     sign = 1 if half > 0 else -1
     bright = (y * -x * sign) > 0
@@ -174,13 +157,10 @@ def test_markers_begin_where_their_margins_say(half: float) -> None:
         near = np.minimum(np.abs(a), np.abs(b)) < 0.2
         wanted = np.where(near, 0, wanted)
     clear = (np.minimum(np.abs(x), np.abs(y)) > 0.2) & (wanted != 0)
-    assert shape.value[0, clear] == pytest.approx(wanted[clear], abs=1e-3)
+    assert level[clear] == pytest.approx(wanted[clear], abs=1e-3)
     assert (wanted[clear] == -sign).sum() > 1500
 
 
-def test_markers_of_some_crossings_keep_all_four_measures() -> None:
-    numbers = np.arange(24, dtype=np.float32).reshape(4, 3, 2)
-    part = Markers(*numbers).part(np.array([False, True, True]))
-    assert [m.tolist() for m in (part.margin_px, part.border_px, part.uneven_px, part.fan)] == [
-        numbers[k, 1:].tolist() for k in range(4)
-    ]
+def test_markers_have_eight_measures() -> None:
+    numbers = np.arange(24.0).reshape(4, 3, 2)
+    assert Markers(*numbers).measures().tolist() == np.hstack(list(numbers)).tolist()

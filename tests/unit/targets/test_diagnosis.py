@@ -10,11 +10,12 @@ from rig.errors import TargetError
 from rig.frames import GreyImage
 from rig.targets import CharucoBoard
 from rig.targets import checkerboard_diagnosis as diagnosis
-from rig.targets.charuco.diagnosis import _across, _blur_px, _holds, check_measurable
+from rig.targets.charuco.diagnosis import _across, _blur_px, _holds
 from rig.targets.charuco.grid_fit import GridFits, has_square
 from rig.targets.checkerboard import Checkerboard
 from rig.targets.checkerboard_diagnosis import exposure_at_fault, why_not
 from rig.targets.lattice import Lattice
+from rig.targets.measurable import check_measurable
 
 GREY = np.full((100, 200), 120, np.uint8)
 SHAPE = (100, 200)
@@ -231,12 +232,20 @@ CHARUCO = CharucoBoard(7, 5, 25.0, 18.75, "4X4_50")
 
 
 def test_squares_of_six_pixels_with_edges_of_a_fifth_can_be_measured() -> None:
-    check_measurable(CHARUCO, 6.0, 1.2)
+    check_measurable("board", 6.0, 1.2)
     with pytest.raises(TargetError, match=r"squares of 5\.9 px, at least 6 px") as small:
-        check_measurable(CHARUCO, 5.9, 0.0)
+        check_measurable("board", 5.9, 0.0)
     with pytest.raises(TargetError, match=r"blurred by 4\.1 px .* at most 4\.0 px") as blurred:
-        check_measurable(CHARUCO, 20.0, 4.1)
+        check_measurable("board", 20.0, 4.1)
     assert (small.value.reason, blurred.value.reason) == ("too-small", "blurred")
+
+
+@pytest.mark.parametrize(("blur_px", "reason"), [(1.49, "too-small"), (1.51, "blurred")])
+def test_squares_in_focus_are_small_before_they_are_blurred(blur_px: float, reason: str) -> None:
+    check_measurable("board", 7.6, blur_px)
+    with pytest.raises(TargetError) as refused:
+        check_measurable("board", 7.4, blur_px)
+    assert refused.value.reason == reason
 
 
 @pytest.mark.parametrize("blur_px", [1.0, 2.0])

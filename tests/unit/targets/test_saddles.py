@@ -112,13 +112,13 @@ def test_the_strongest_come_first_and_weak_ones_are_left_out() -> None:
     strength[13, 19] = 48.0  # just outside of them
     strength[4, 30] = 70.0  # on the border
     strength[36, 30] = 71.0
-    row, column = saddles._strongest(strength, border=5)
+    row, column = saddles._strongest(strength, border=5, least=0.0)
     # Less than a hundredth of the last of the twenty strongest, here of all.
     assert list(zip(row.tolist(), column.tolist(), strict=True)) == [
         (20, 40), (10, 20), (13, 19), (30, 11), (29, 50),
     ]  # fmt: skip
-    assert saddles._strongest(strength[:10], border=5)[0].size == 0
-    inside, _ = saddles._strongest(strength[:35, :25], border=4)
+    assert saddles._strongest(strength[:10], border=5, least=0.0)[0].size == 0
+    inside, _ = saddles._strongest(strength[:35, :25], border=4, least=0.0)
     assert inside.tolist() == [10, 13, 30]
 
 
@@ -127,7 +127,7 @@ def test_responses_below_a_hundredth_of_the_twenty_first_are_not_looked_at() -> 
     values = [1000.0] * 20 + [100.0] + [1.01, 1.0, 0.99]
     for place, value in enumerate(values):
         strength[8, 10 + 10 * place] = value
-    _, column = saddles._strongest(strength, border=4)
+    _, column = saddles._strongest(strength, border=4, least=0.0)
     assert len(column) == 22
     assert sorted(column.tolist()) == list(range(10, 230, 10))
 
@@ -135,7 +135,7 @@ def test_responses_below_a_hundredth_of_the_twenty_first_are_not_looked_at() -> 
 def test_no_more_than_four_hundred_are_looked_at() -> None:
     strength = np.zeros((110, 110), np.float32)
     strength[5:105:4, 5:105:4] = np.arange(1000, 1625, dtype=np.float32).reshape(25, 25)
-    row, column = saddles._strongest(strength, border=5)
+    row, column = saddles._strongest(strength, border=5, least=0.0)
     assert len(row) == saddles.MAX_SADDLES == 400
     assert (row[0], column[0]) == (101, 101)
     assert strength[row, column].min() == 1225.0
@@ -165,3 +165,13 @@ def test_a_crossing_whose_ring_leaves_the_picture_is_not_found() -> None:
     for column, count in ((3, 0), (4, 1), (24, 1), (25, 0)):
         grey = np.where((x > column) == (y > 15), 200, 40).astype(np.float32)
         assert len(find_saddles(grey, smooth_px=1.0, ring_px=3.5)) == count
+
+
+def test_the_rounding_of_a_straight_edge_is_no_saddle() -> None:
+    assert saddles._strongest(np.full((16, 16), 0.5, np.float32), border=4, least=0.5)[0].size == 0
+    # All alike: none is exceeded.
+    assert saddles._strongest(np.full((16, 16), 0.6, np.float32), border=4, least=0.5)[0].size == 64
+    y, x = np.mgrid[:40, :60]
+    for turn in (0.0, 0.3, 1.1):
+        grey = np.where(x * np.cos(turn) + y * np.sin(turn) > 30, 200.0, 40.0).astype(np.float32)
+        assert len(find_saddles(grey, smooth_px=1.0, ring_px=3.5)) == 0
