@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.compute.bands import run_in_bands
 from rig.epipolar.rank import mean
 from rig.epipolar.sampling import sample_tilts
 from rig.epipolar.scales import Scales
@@ -56,8 +55,8 @@ def contested(
     variance = _variance(grey, scales, rows, columns)
     light = None if drift is None else drift[:, rows, columns]
     gap = np.zeros(there.shape, np.float32)
-    gap[there] = _badness(splines, shape, cameras, u, v, other, variance, light)
-    gap[there] -= _badness(splines, shape, cameras, u, v, own, variance, light)
+    poor = _badness(splines, shape, cameras, (u, v), np.stack([other, own]), variance, light)
+    gap[there] = poor[0] - poor[1]
     patch = (2 * _RADIUS + 1) ** 2
     # Each pixel counts for the four that it stands for, and half a square is its logarithm.
     ratio = np.float32(0.5 * patch * _STRIDE_PX**2) * mean(gap, _RADIUS)
@@ -73,8 +72,11 @@ def _variance(
 
     What lines miss each other by counts where the grey value is steep: a plain wall has only noise.
     """
-    framed = cv2.copyMakeBorder(grey, 1, 1, 1, 1, cv2.BORDER_REFLECT_101)
-    around = [[framed[rows + y, columns + x] for x in range(3)] for y in range(3)]
+    down_by, across_by = (
+        [_mirrored(places + step, side) for step in (-1, 0, 1)]
+        for places, side in zip((rows, columns), grey.shape, strict=True)
+    )
+    around = [[grey[y, x] for x in across_by] for y in down_by]
     (a, b, c), (d, _, e), (f, g, h) = around
     two, eighth = np.float32(2), np.float32(0.125)  # Sobel's derivatives, per px
     along = eighth * ((c - a) + two * (e - d) + (h - f))
@@ -83,37 +85,46 @@ def _variance(
     return np.float32(2.0 * scales.noise**2) + np.square(miss_px) * (along**2 + down**2)
 
 
+def _mirrored(places: NDArray[np.int64], side: int) -> NDArray[np.int64]:
+    """Places (N,) of an axis, those just outside of it mirrored about its outermost pixels."""
+    inside = np.abs(places)
+    return np.maximum(side - 1 - np.abs(side - 1 - inside), 0)
+
+
 def _badness(
     splines: Map,
     shape: tuple[int, int],
     cameras: Cameras,
-    columns: Map,
-    rows: Map,
-    slope_px: Map,
+    pixels: tuple[Map, Map],
+    slopes_px: Map,
     variance: Map,
     light: Map | None,
 ) -> Map:
-    """Sum over the axes of what the better half differs by, squared over its variance, (N,)."""
+    """Sum over the axes of what the better half differs by, squared over its variance, (K, N).
+
+    Args:
+        splines: what `rig.epipolar.sampling.pad` makes of the equalised views.
+        shape: height and width of the views, px.
+        cameras: where the views stand.
+        pixels: columns and rows (N,) of the reference view.
+        slopes_px: (K, N) each of the slopes to try.
+        variance: (N,) of a difference.
+        light: (2, N) light that changes with the view; None for none.
+    """
     half = assign_halves(cameras.x_steps, cameras.y_steps)
+    columns, rows = (np.tile(places, len(slopes_px)) for places in pixels)
     grey, _, seen = sample_tilts(
-        splines, shape, cameras.x_steps, cameras.y_steps, columns, rows, slope_px
+        splines, shape, cameras.x_steps, cameras.y_steps, columns, rows, slopes_px.ravel()
     )
-    total = np.zeros((HALVES, len(rows)), np.float32)
-    count = np.zeros((HALVES, len(rows)), np.float32)
-    centre = grey[cameras.reference]
-    if light is not None:
-        for i in range(len(grey)):
+    grey, seen = (of.reshape(len(of), *slopes_px.shape) for of in (grey, seen))
+    total, count = np.zeros((2, HALVES, *slopes_px.shape), np.float32)
+    for i in np.flatnonzero(half >= 0):
+        d = grey[i] - grey[cameras.reference]
+        if light is not None:
             x, y = np.float32(cameras.x_steps[i]), np.float32(cameras.y_steps[i])
-            grey[i] -= x * light[0] + y * light[1]
-
-    def work(start: int, stop: int) -> None:
-        for h in range(start, stop):
-            for i in np.flatnonzero(half == h):
-                d = grey[i] - centre
-                total[h] += np.where(seen[i], np.minimum(d * d / variance, _LIMIT), 0)
-                count[h] += seen[i]
-
-    run_in_bands(work, HALVES)
-    share = np.where(count > 0, total, np.float32(np.inf)).reshape(2, 2, -1).min(axis=1)
-    known = np.isfinite(share)
-    return np.where(known, share, np.float32(0)).sum(axis=0).astype(np.float32)
+            d -= x * light[0] + y * light[1]
+        total[half[i]] += np.where(seen[i], np.minimum(d * d / variance, _LIMIT), 0)
+        count[half[i]] += seen[i]
+    share = np.where(count > 0, total, np.float32(np.inf))
+    best = share.reshape(2, 2, *slopes_px.shape).min(axis=1)
+    return np.where(np.isfinite(best), best, np.float32(0)).sum(axis=0).astype(np.float32)

@@ -180,7 +180,7 @@ def _estimate(
     variance *= np.float32(pooled)
     rival_px = found.rival_px
     holds_out = contested(placed_splines, slope, rival_px, placed_cameras, scales, grey, drift)
-    rival_px[~holds_out] = np.nan
+    np.copyto(rival_px, np.float32(np.nan), where=~holds_out)
     if drift_variance is not None:
         drift_variance = variance_of_slopes(drift_variance, grey, placed_cameras)
     misfit_px = _FROM_ROWS * mending.rows.scatter_px
@@ -191,11 +191,13 @@ def _estimate(
         is_row = bool(np.abs(cameras.x_steps).max() >= np.abs(cameras.y_steps).max())
         centre = ready.sharp[cameras.reference]
         coarse_texture = has_coarse_texture(centre, scales, is_row=is_row)
-    confirmed, open_variance = _confirmation(ready, found, lines, slope, placed_cameras)
+    against = contradicted(lines)
+    confirmed, open_variance = _confirmation(ready, found, against, slope, placed_cameras)
     per_shift = placed_cameras.step_px / LABEL_SHIFT_PX
     evidence = Evidence(
         lines=lines,
         variance=variance,
+        against=against,
         views=len(images),
         misfit_px=misfit_px * per_shift,
         hidden=hidden,
@@ -206,7 +208,8 @@ def _estimate(
         unconfirmed_variance=open_variance,
         confirmed=confirmed,
         coarse_texture=coarse_texture,
-        is_misled=ready.effort is Effort.FOLLOWED and _is_misled(lines, window, placed_cameras),
+        is_misled=ready.effort is Effort.FOLLOWED
+        and _is_misled(against, window, placed_cameras, is_thin=lines.is_thin),
     )
     judged = judge(slope, evidence, placed_cameras.step_px, slope_range_px, warnings)
     judged = _with_doubt_of(places, judged, slope_range_px[1] - slope_range_px[0])
@@ -254,7 +257,11 @@ def _within_reach(
 
 
 def _confirmation(
-    ready: Ready, found: Found, lines: LineFits, slope_px: NDArray[np.float32], cameras: Cameras
+    ready: Ready,
+    found: Found,
+    against: NDArray[np.bool_],
+    slope_px: NDArray[np.float32],
+    cameras: Cameras,
 ) -> tuple[NDArray[np.bool_] | None, NDArray[np.float32] | None]:
     """Where a search from the other end shares slopes (H, W), and the variance that it leaves open.
 
@@ -262,11 +269,12 @@ def _confirmation(
     """
     if not ready.is_one_sided:
         return None, None
-    against = contradicted(lines) > 0
     return is_confirmed(found), unconfirmed_variance(found, slope_px, against, cameras)
 
 
-def _is_misled(lines: LineFits, window: Window, cameras: Cameras) -> bool:
+def _is_misled(
+    against: NDArray[np.bool_], window: Window, cameras: Cameras, *, is_thin: bool
+) -> bool:
     """Whether the views contradict a good share of the slopes that were taken for known.
 
     The scene has jumped then, and the hypothesis is no guide: what agrees with it does so by
@@ -274,9 +282,8 @@ def _is_misled(lines: LineFits, window: Window, cameras: Cameras) -> bool:
     frame.
     """
     known = ~window.is_wider(_KNOWN_LABELS * cameras.step_px)
-    if lines.is_thin:
+    if is_thin:
         known = thinned(known)
-    against = contradicted(lines) > 0
     return bool(np.count_nonzero(against & known) > _SURPRISE * max(np.count_nonzero(known), 1))
 
 
