@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.compute.bands import run_side_by_side
 from rig.epipolar.chessboard import doubled, thinned
 from rig.epipolar.confidence import Evidence, contradicted, judge
 from rig.epipolar.contest import contested
@@ -179,7 +180,10 @@ def _estimate(
     pooled = pooled_in_turn(ready, cross)
     variance *= np.float32(pooled)
     rival_px = found.rival_px
-    holds_out = contested(placed_splines, slope, rival_px, placed_cameras, scales, grey, drift)
+    against, holds_out = run_side_by_side(
+        lambda: contradicted(lines),
+        lambda: contested(placed_splines, slope, rival_px, placed_cameras, scales, grey, drift),
+    )
     np.copyto(rival_px, np.float32(np.nan), where=~holds_out)
     if drift_variance is not None:
         drift_variance = variance_of_slopes(drift_variance, grey, placed_cameras)
@@ -191,7 +195,6 @@ def _estimate(
         is_row = bool(np.abs(cameras.x_steps).max() >= np.abs(cameras.y_steps).max())
         centre = ready.sharp[cameras.reference]
         coarse_texture = has_coarse_texture(centre, scales, is_row=is_row)
-    against = contradicted(lines)
     confirmed, open_variance = _confirmation(ready, found, against, slope, placed_cameras)
     per_shift = placed_cameras.step_px / LABEL_SHIFT_PX
     evidence = Evidence(
