@@ -22,7 +22,7 @@ from rig.compute.cores import threads
 Result = TypeVar("Result")
 Work = Callable[[int, int], None]
 
-_BANDS_A_THREAD = 4
+_BANDS_A_THREAD = 3
 """Enough that whoever is late leaves little behind, few enough that their number costs nothing."""
 
 _here = threading.local()
