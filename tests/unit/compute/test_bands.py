@@ -4,7 +4,7 @@ import threading
 import numpy as np
 import pytest
 
-from rig.compute.bands import run_in_bands, run_side_by_side
+from rig.compute.bands import run_both, run_in_bands, run_side_by_side
 
 
 def test_bands_cover_every_index_once_even_within_bands() -> None:
@@ -24,6 +24,10 @@ def test_bands_cover_every_index_once_even_within_bands() -> None:
 
 def test_what_is_done_side_by_side_comes_back_in_order() -> None:
     assert run_side_by_side(lambda: 1, lambda: 2, lambda: 3) == [1, 2, 3]
+
+
+def test_both_come_back_each_in_its_place() -> None:
+    assert run_both(lambda: 1, lambda: "two") == (1, "two")
 
 
 @pytest.mark.parametrize("bad", [0, 9])
