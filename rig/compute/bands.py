@@ -20,9 +20,10 @@ from typing import TypeVar, cast
 from rig.compute.cores import threads
 
 Result = TypeVar("Result")
+Other = TypeVar("Other")
 Work = Callable[[int, int], None]
 
-_BANDS_A_THREAD = 4
+_BANDS_A_THREAD = 3
 """Enough that whoever is late leaves little behind, few enough that their number costs nothing."""
 
 _here = threading.local()
@@ -158,3 +159,10 @@ def run_side_by_side(*works: Callable[[], Result]) -> list[Result]:
 
     run_in_bands(work, len(works))
     return cast("list[Result]", results)
+
+
+def run_both(one: Callable[[], Result], other: Callable[[], Other]) -> tuple[Result, Other]:
+    """Call both, on two threads if there are, and return what they returned."""
+    works: tuple[Callable[[], object], ...] = (one, other)
+    results = run_side_by_side(*works)
+    return cast("Result", results[0]), cast("Other", results[1])

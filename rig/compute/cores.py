@@ -12,6 +12,8 @@ from pathlib import Path
 from rig.errors import ConfigError
 
 VARIABLE = "RIG_THREADS"
+_ROOT = Path("/")
+"""Kept, since a path that is made anew for each band of work costs more than the answer."""
 _MOST = 256
 """More than this is a slip of the keyboard, and would only cost memory."""
 
@@ -23,7 +25,7 @@ def threads() -> int:
         ConfigError: the variable `RIG_THREADS` holds something else than a number of threads.
     """
     asked = os.environ.get(VARIABLE, "")
-    return _told(asked) if asked else cores(Path("/"))
+    return _told(asked) if asked else cores(_ROOT)
 
 
 @cache
@@ -33,7 +35,7 @@ def _told(asked: str) -> int:
     raise ConfigError(
         f"the variable {VARIABLE} asks for {asked!r} threads",
         advice=f"give a whole number from 1 to {_MOST}, or unset it: rig then takes the "
-        f"{cores(Path('/'))} that this process may use",
+        f"{cores(_ROOT)} that this process may use",
     )
 
 

@@ -11,7 +11,7 @@ A thin map is packed, (H, ceil(W / 2)): pixel k of row v is column 2 k + v % 2 o
 that lies outside (W odd), it is the last column once more.
 """
 
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +60,23 @@ def doubled(thin: Values, width: int) -> Values:
 
     run_in_bands(work, _pairs_of_rows(thin))
     return cast("Values", full)
+
+
+@kernel()
+def double_row(thin: NDArray[Any], is_odd: bool, full: NDArray[Any]) -> None:
+    """Fill in one row as `doubled` does; a row that is not thin is copied."""
+    width = len(full)
+    if len(thin) == width:
+        full[:] = thin
+        return
+    odd = 1 if is_odd else 0
+    full[0] = thin[0]
+    rest = full[odd:]
+    for k in range(len(rest) // 2):
+        rest[2 * k] = thin[k]
+        rest[2 * k + 1] = thin[k]
+    if len(rest) % 2:
+        rest[len(rest) - 1] = thin[len(rest) // 2]
 
 
 def _empty(values: Values) -> Values:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from rig.arrays import Float
 from rig.compute.bands import run_in_bands, run_side_by_side
 from rig.compute.kernel import kernel
-from rig.epipolar.chessboard import doubled
+from rig.epipolar.chessboard import double_row
 from rig.epipolar.line import MISFIT_LIMIT, UNSEEN, LineFits
 from rig.epipolar.plain import is_plain
 from rig.epipolar.rank import departure
@@ -65,6 +65,8 @@ class Evidence:
     """
     coarse_texture: Mask | None = None
     """(H, W) texture that pictures of half the size show; None where none was looked for."""
+    against: Mask | None = None
+    """Where the views do not agree with the slope, as the lines; None to ask `contradicted`."""
     is_misled: bool = False
     """Whether the hypothesis that the slopes were searched around is wrong altogether."""
 
@@ -95,24 +97,14 @@ def judge(
         warnings: what is to be said besides.
     """
     lines, blind_px = evidence.lines, np.float32((range_px[1] - range_px[0]) / 12**0.5)
-    start_px, miss = np.float32(evidence.start_px), np.float32(evidence.misfit_px**2)
-    kept, jump_px, against, plain = run_side_by_side(
-        lambda: _held_back(lines),
-        lambda: departure(slope_px, _SIDE_RADIUS_PX),
-        lambda: contradicted(lines),
-        lambda: is_plain(lines, evidence.views),
-    )
+    kept, plain = _held_back(lines), is_plain(lines, evidence.views)
+    jump_px = departure(slope_px, _SIDE_RADIUS_PX)
+    against = contradicted(lines) if evidence.against is None else evidence.against
     if evidence.coarse_texture is not None:
-        plain[evidence.coarse_texture] = 0
+        plain = plain & ~evidence.coarse_texture
     if evidence.confirmed is not None:
         # Two views that find each other, differ by light or by lenses: not by slope.
-        against[evidence.confirmed] = 0
-    left = np.square(start_px * kept) + miss
-    doubts = np.where(against > 0, np.uint8(_AGAINST), np.uint8(0))
-    doubts |= np.where(plain > 0, np.uint8(_PLAIN), np.uint8(0))
-    doubts |= np.where(lines.sight == UNSEEN, np.uint8(_UNSEEN), np.uint8(0))
-    if lines.is_thin:
-        left, doubts = doubled(left, slope_px.shape[1]), doubled(doubts, slope_px.shape[1])
+        against = against & ~evidence.confirmed
     more = [evidence.drift_variance, evidence.unconfirmed_variance]
     more = [part for part in more if part is not None]
     more_variance = np.sum(more, axis=0) if more else np.empty((0, 0), np.float32)
@@ -123,9 +115,11 @@ def judge(
 
     def weigh(start: int, stop: int) -> None:
         _weigh(
-            slope_px, evidence.variance, left, jump_px, evidence.rival_px, more_variance, doubts,
-            evidence.hidden, evidence.unshared, np.float32(step_px), *ends_px, blind_px,
-            evidence.is_misled, start, stop, slope, sigma, label, at_ends,
+            slope_px, evidence.variance, kept, against, plain, lines.sight,
+            np.float32(evidence.start_px), np.float32(evidence.misfit_px**2), jump_px,
+            evidence.rival_px, more_variance, evidence.hidden, evidence.unshared,
+            np.float32(step_px), *ends_px, blind_px, evidence.is_misled, start, stop,
+            slope, sigma, label, at_ends,
         )  # fmt: skip
 
     run_in_bands(weigh, len(sigma))
@@ -138,11 +132,15 @@ def judge(
 def _weigh(
     slope_px: NDArray[np.float32],
     variance: NDArray[np.float32],
-    left: NDArray[np.float32],
+    kept: NDArray[np.float32],
+    against: NDArray[np.bool_],
+    plain: NDArray[np.bool_],
+    sight: NDArray[np.uint8],
+    start_px: np.float32,
+    miss: np.float32,
     jump_px: NDArray[np.float32],
     rival_px: NDArray[np.float32],
     more_variance: NDArray[np.float32],
-    doubts: NDArray[np.uint8],
     hidden: NDArray[np.bool_],
     unshared: NDArray[np.bool_],
     step_px: np.float32,
@@ -166,14 +164,37 @@ def _weigh(
     """
     width = slope_px.shape[1]
     total, known = np.empty(width, np.float32), np.empty(width, np.uint8)
+    left, doubt = np.empty(width, np.float32), np.empty(width, np.uint8)
+    some_left, some_doubts = np.empty(kept.shape[1], np.float32), np.empty(kept.shape[1], np.uint8)
     for v in range(start, stop):
-        m, doubt, far, rival = slope_px[v], doubts[v], jump_px[v], rival_px[v]
-        _add_variances(m, variance[v], left[v], far, rival, step_px, total)
+        _doubt(against[v], plain[v], sight[v], some_doubts)
+        for k in range(len(some_left)):
+            some_left[k] = (start_px * kept[v, k]) * (start_px * kept[v, k]) + miss
+        is_odd = v % 2 == 1
+        double_row(some_left, is_odd, left)
+        double_row(some_doubts, is_odd, doubt)
+        m, far, rival = slope_px[v], jump_px[v], rival_px[v]
+        _add_variances(m, variance[v], left, far, rival, step_px, total)
         if more_variance.shape[0] > 0:
             total += more_variance[v]
         _know(m, doubt, unshared[v], low_end_px, high_end_px, known, at_ends[v])
         _tell(m, total, doubt, known, is_misled, blind_px, slope[v], sigma[v])
         _name(m, hidden[v], known, label[v])
+
+
+@kernel()
+def _doubt(
+    against: NDArray[np.bool_],
+    plain: NDArray[np.bool_],
+    sight: NDArray[np.uint8],
+    doubts: NDArray[np.uint8],
+) -> None:
+    """Fill in the doubts of a row as bits."""
+    none = np.uint8(0)
+    for k in range(len(doubts)):
+        said = np.uint8(_AGAINST) if against[k] else none
+        said |= np.uint8(_PLAIN) if plain[k] else none
+        doubts[k] = said | (np.uint8(_UNSEEN) if sight[k] == UNSEEN else none)
 
 
 # Loops of few arrays each: of more, the compiler does not ask whether any overlap, and gives up on
@@ -268,15 +289,16 @@ def _held_back(lines: LineFits) -> Map:
 
     Grey noise makes lines look steeper than they are, so that each step is too short.
     """
-    signal, all_of_it = (
-        lines.around(m, _HOLD_RADIUS_PX) for m in (lines.signal, lines.information)
+    signal, all_of_it = run_side_by_side(
+        lambda: lines.around(lines.signal, _HOLD_RADIUS_PX),
+        lambda: lines.around(lines.information, _HOLD_RADIUS_PX),
     )
     share = signal / np.maximum(all_of_it, np.float32(1e-12))
     return np.float32(1) - np.minimum(np.maximum(share, np.float32(0)), np.float32(1))
 
 
-def contradicted(lines: LineFits) -> Map:
-    """1 where the views do not agree with the slope, else 0.
+def contradicted(lines: LineFits) -> Mask:
+    """Where the views do not agree with the slope.
 
     Args:
         lines: the fit of every pixel's own line.
@@ -286,7 +308,7 @@ def contradicted(lines: LineFits) -> Map:
     """
     spot = lines.around(lines.misfit, _SPOT_RADIUS_PX) > np.float32(_CONTRADICTION)
     region = lines.around(spot.astype(np.float32), _REGION_RADIUS_PX) > _REGION_SHARE
-    return (spot | region).astype(np.float32)
+    return spot | region
 
 
 def _of_range(shares: Float, range_px: tuple[float, float]) -> tuple[str, ...]:

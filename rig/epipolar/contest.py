@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.compute.bands import run_in_bands
+from rig.compute.kernel import kernel
 from rig.epipolar.rank import mean
-from rig.epipolar.sampling import sample_tilts
+from rig.epipolar.sampling import sample_points
 from rig.epipolar.scales import Scales
 from rig.epipolar.search.halves import HALVES, assign_halves
 from rig.epipolar.search.window import Cameras
@@ -22,6 +23,8 @@ _STRIDE_PX, _RADIUS = 2, 4
 """Every second pixel; patches of 17 x 17 px."""
 _ODDS = 4.0
 """Logarithm of the likelihood ratio below which both slopes stand."""
+_FEW = 2048
+"""Pixels that are compared in less time than a thread needs to wake up."""
 _LIMIT = np.float32(9.0)
 """Squared difference over its variance that counts as a full mismatch."""
 
@@ -54,10 +57,12 @@ def contested(
     v, u = rows.astype(np.float32), columns.astype(np.float32)
     own, other = slope_px[rows, columns], rival_px[rows, columns]
     variance = _variance(grey, scales, rows, columns)
-    light = None if drift is None else drift[:, rows, columns]
+    light = np.empty((2, 0), np.float32) if drift is None else drift[:, rows, columns]
+    poor = _badness(
+        splines, shape, cameras, (u, v), (other, own), (grey[rows, columns], variance), light
+    )
     gap = np.zeros(there.shape, np.float32)
-    gap[there] = _badness(splines, shape, cameras, u, v, other, variance, light)
-    gap[there] -= _badness(splines, shape, cameras, u, v, own, variance, light)
+    gap[there] = poor[0] - poor[1]
     patch = (2 * _RADIUS + 1) ** 2
     # Each pixel counts for the four that it stands for, and half a square is its logarithm.
     ratio = np.float32(0.5 * patch * _STRIDE_PX**2) * mean(gap, _RADIUS)
@@ -73,8 +78,11 @@ def _variance(
 
     What lines miss each other by counts where the grey value is steep: a plain wall has only noise.
     """
-    framed = cv2.copyMakeBorder(grey, 1, 1, 1, 1, cv2.BORDER_REFLECT_101)
-    around = [[framed[rows + y, columns + x] for x in range(3)] for y in range(3)]
+    down_by, across_by = (
+        [_mirrored(places + step, side) for step in (-1, 0, 1)]
+        for places, side in zip((rows, columns), grey.shape, strict=True)
+    )
+    around = [[grey[y, x] for x in across_by] for y in down_by]
     (a, b, c), (d, _, e), (f, g, h) = around
     two, eighth = np.float32(2), np.float32(0.125)  # Sobel's derivatives, per px
     along = eighth * ((c - a) + two * (e - d) + (h - f))
@@ -83,37 +91,96 @@ def _variance(
     return np.float32(2.0 * scales.noise**2) + np.square(miss_px) * (along**2 + down**2)
 
 
+def _mirrored(places: NDArray[np.int64], side: int) -> NDArray[np.int64]:
+    """Places (N,) of an axis, those just outside of it mirrored about its outermost pixels."""
+    inside = np.abs(places)
+    return np.maximum(side - 1 - np.abs(side - 1 - inside), 0)
+
+
 def _badness(
     splines: Map,
     shape: tuple[int, int],
     cameras: Cameras,
-    columns: Map,
-    rows: Map,
-    slope_px: Map,
-    variance: Map,
-    light: Map | None,
+    pixels: tuple[Map, Map],
+    slopes_px: tuple[Map, Map],
+    expected: tuple[Map, Map],
+    light: Map,
 ) -> Map:
-    """Sum over the axes of what the better half differs by, squared over its variance, (N,)."""
+    """Sum over the axes of what the better half differs by, squared over its variance, (2, N).
+
+    Args:
+        splines: what `rig.epipolar.sampling.pad` makes of the equalised views.
+        shape: height and width of the views, px.
+        cameras: where the views stand.
+        pixels: columns and rows (N,) of the reference view.
+        slopes_px: each of the slopes (N,) to try.
+        expected: grey values (N,) of these pixels, and the variance of a difference.
+        light: (2, N) light that changes with the view; (2, 0) for none.
+    """
     half = assign_halves(cameras.x_steps, cameras.y_steps)
-    grey, _, seen = sample_tilts(
-        splines, shape, cameras.x_steps, cameras.y_steps, columns, rows, slope_px
-    )
-    total = np.zeros((HALVES, len(rows)), np.float32)
-    count = np.zeros((HALVES, len(rows)), np.float32)
-    centre = grey[cameras.reference]
-    if light is not None:
-        for i in range(len(grey)):
-            x, y = np.float32(cameras.x_steps[i]), np.float32(cameras.y_steps[i])
-            grey[i] -= x * light[0] + y * light[1]
+    xs, ys = cameras.x_steps.astype(np.float32), cameras.y_steps.astype(np.float32)
+    count = len(pixels[0])
+    poor = np.empty((2, count), np.float32)
 
     def work(start: int, stop: int) -> None:
-        for h in range(start, stop):
-            for i in np.flatnonzero(half == h):
-                d = grey[i] - centre
-                total[h] += np.where(seen[i], np.minimum(d * d / variance, _LIMIT), 0)
-                count[h] += seen[i]
+        part = slice(start, stop)
+        for slope_px, out in zip(slopes_px, poor, strict=True):
+            _add_up(
+                splines, *shape, xs, ys, half, pixels[0][part], pixels[1][part], slope_px[part],
+                expected[0][part], expected[1][part], np.ascontiguousarray(light[:, part]),
+                out[part],
+            )  # fmt: skip
 
-    run_in_bands(work, HALVES)
-    share = np.where(count > 0, total, np.float32(np.inf)).reshape(2, 2, -1).min(axis=1)
-    known = np.isfinite(share)
-    return np.where(known, share, np.float32(0)).sum(axis=0).astype(np.float32)
+    if count < _FEW:
+        work(0, count)
+    else:
+        run_in_bands(work, count)
+    return poor
+
+
+@kernel()
+def _add_up(
+    padded: NDArray[np.float32],
+    height: int,
+    width: int,
+    x_steps: NDArray[np.float32],
+    y_steps: NDArray[np.float32],
+    half: NDArray[np.int32],
+    columns: NDArray[np.float32],
+    rows: NDArray[np.float32],
+    slope: NDArray[np.float32],
+    centre: NDArray[np.float32],
+    variance: NDArray[np.float32],
+    light: NDArray[np.float32],
+    poor: NDArray[np.float32],
+) -> None:
+    """Fill in what the better half of every axis differs by at some pixels (N,)."""
+    points, infinite = len(slope), np.float32(np.inf)
+    value, tilt, seen = (
+        np.empty(points, np.float32),
+        np.empty(points, np.float32),
+        np.empty(points, np.float32),
+    )
+    total, count = np.zeros((HALVES, points), np.float32), np.zeros((HALVES, points), np.float32)
+    for i in range(len(half)):
+        if half[i] < 0:
+            continue
+        sample_points(
+            padded[i], height, width, columns, rows, slope, x_steps[i], y_steps[i], value, tilt,
+            seen,
+        )  # fmt: skip
+        sums, members = total[half[i]], count[half[i]]
+        for k in range(points):
+            d = value[k] - centre[k]
+            if light.shape[1] > 0:
+                d -= x_steps[i] * light[0, k] + y_steps[i] * light[1, k]
+            sums[k] += seen[k] * min(d * d / variance[k], _LIMIT)
+            members[k] += seen[k]
+    for k in range(points):
+        poor[k] = np.float32(0)
+        for axis in range(2):
+            best = infinite
+            for h in (2 * axis, 2 * axis + 1):
+                if count[h, k] > 0:
+                    best = min(best, total[h, k])
+            poor[k] += best if best < infinite else np.float32(0)

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.compute.bands import run_both
 from rig.epipolar.chessboard import doubled, thinned
 from rig.epipolar.confidence import Evidence, contradicted, judge
 from rig.epipolar.contest import contested
@@ -14,6 +15,7 @@ from rig.epipolar.drift import local_drift, variance_of_slopes
 from rig.epipolar.in_turn import broad_drift, handed_on, known_rivals, pooled_in_turn
 from rig.epipolar.line import LineFits
 from rig.epipolar.median import guided_median, near_jumps
+from rig.epipolar.mending.usable import seen_views
 from rig.epipolar.noise.model import CrossNoise, NoiseModel
 from rig.epipolar.occlusion import hidden_points
 from rig.epipolar.placement.fit import find_placement
@@ -90,13 +92,15 @@ def estimate_slopes(
         SlopeError: the range is empty, the prior has another shape, an image is not finite, or
             no view but the reference can be used.
     """
-    window = window_of(views.shape, slope_range_px, prior)
+    window, seen = run_both(
+        lambda: window_of(views.shape, slope_range_px, prior), lambda: seen_views(views)
+    )
     steady = None if prior is None else prior.steady
-    return _estimate(views, window, slope_range_px, noise, None, steady, trust_places=trust_places)
+    return _estimate(seen, window, slope_range_px, noise, None, steady, trust_places=trust_places)
 
 
 def _estimate(
-    views: RectifiedViews,
+    seen: tuple[RectifiedViews, tuple[str, ...]],
     window: Window,
     slope_range_px: tuple[float, float],
     noise: NoiseModel | None,
@@ -111,7 +115,7 @@ def _estimate(
     are looked for once more.
 
     Args:
-        views: as they come.
+        seen: the views that show something, and what is to be said of the others.
         window: the slopes to search.
         slope_range_px: lowest and highest of them.
         noise: as told.
@@ -119,7 +123,7 @@ def _estimate(
         steady: what the last multi-view told beside its slopes; None to measure it.
         trust_places: whether the views are where they are told to be.
     """
-    ready = prepare(views, window, noise, rough_noise, steady)
+    ready = prepare(seen, window, noise, rough_noise, steady)
     cameras, scales, mending = ready.cameras, ready.scales, ready.mending
     images, splines, grey = ready.images, ready.splines, ready.images[ready.cameras.reference]
     broad = drift = broad_drift(ready, window)
@@ -140,7 +144,7 @@ def _estimate(
         if rough_noise is None and ready.noise.excess > 1 and was_wrong:
             own = CrossNoise()  # what single pictures tell
             return _estimate(
-                views, window, slope_range_px, noise, own, None, trust_places=trust_places
+                seen, window, slope_range_px, noise, own, None, trust_places=trust_places
             )
         mending = replace(mending, noise=closer)
     cross = mending.noise or CrossNoise()
@@ -179,11 +183,13 @@ def _estimate(
         slope = window.hold(stitched)
     else:
         placement, placed_cameras, placed_splines = None, cameras, splines
-    pooled = pooled_in_turn(ready, cross)
-    variance *= np.float32(pooled)
     rival_px = found.rival_px
-    holds_out = contested(placed_splines, slope, rival_px, placed_cameras, scales, grey, drift)
-    rival_px[~holds_out] = np.nan
+    (against, pooled), holds_out = run_both(
+        lambda: (contradicted(lines), pooled_in_turn(ready, cross)),
+        lambda: contested(placed_splines, slope, rival_px, placed_cameras, scales, grey, drift),
+    )
+    variance *= np.float32(pooled)
+    np.copyto(rival_px, np.float32(np.nan), where=~holds_out)
     if drift_variance is not None:
         drift_variance = variance_of_slopes(drift_variance, grey, placed_cameras)
     misfit_px = _FROM_ROWS * mending.rows.scatter_px
@@ -194,11 +200,12 @@ def _estimate(
         is_row = bool(np.abs(cameras.x_steps).max() >= np.abs(cameras.y_steps).max())
         centre = ready.sharp[cameras.reference]
         coarse_texture = has_coarse_texture(centre, scales, is_row=is_row)
-    confirmed, open_variance = _confirmation(ready, found, lines, slope, placed_cameras)
+    confirmed, open_variance = _confirmation(ready, found, against, slope, placed_cameras)
     per_shift = placed_cameras.step_px / LABEL_SHIFT_PX
     evidence = Evidence(
         lines=lines,
         variance=variance,
+        against=against,
         views=len(images),
         misfit_px=misfit_px * per_shift,
         hidden=hidden,
@@ -209,12 +216,13 @@ def _estimate(
         unconfirmed_variance=open_variance,
         confirmed=confirmed,
         coarse_texture=coarse_texture,
-        is_misled=ready.effort is Effort.FOLLOWED and _is_misled(lines, window, placed_cameras),
+        is_misled=ready.effort is Effort.FOLLOWED
+        and _is_misled(against, window, placed_cameras, is_thin=lines.is_thin),
     )
     judged = judge(slope, evidence, placed_cameras.step_px, slope_range_px, warnings)
     judged = _with_doubt_of(places, judged, slope_range_px[1] - slope_range_px[0])
     # Around a hypothesis nothing is looked for: what is not known then is not known to be right.
-    is_looked_for = views.mending is not None or ready.effort is not Effort.FOLLOWED
+    is_looked_for = seen[0].mending is not None or ready.effort is not Effort.FOLLOWED
     return replace(
         judged,
         placement=placement,
@@ -264,7 +272,11 @@ def _within_reach(
 
 
 def _confirmation(
-    ready: Ready, found: Found, lines: LineFits, slope_px: NDArray[np.float32], cameras: Cameras
+    ready: Ready,
+    found: Found,
+    against: NDArray[np.bool_],
+    slope_px: NDArray[np.float32],
+    cameras: Cameras,
 ) -> tuple[NDArray[np.bool_] | None, NDArray[np.float32] | None]:
     """Where a search from the other end shares slopes (H, W), and the variance that it leaves open.
 
@@ -272,11 +284,12 @@ def _confirmation(
     """
     if not ready.is_one_sided:
         return None, None
-    against = contradicted(lines) > 0
     return is_confirmed(found), unconfirmed_variance(found, slope_px, against, cameras)
 
 
-def _is_misled(lines: LineFits, window: Window, cameras: Cameras) -> bool:
+def _is_misled(
+    against: NDArray[np.bool_], window: Window, cameras: Cameras, *, is_thin: bool
+) -> bool:
     """Whether the views contradict a good share of the slopes that were taken for known.
 
     The scene has jumped then, and the hypothesis is no guide: what agrees with it does so by
@@ -284,9 +297,8 @@ def _is_misled(lines: LineFits, window: Window, cameras: Cameras) -> bool:
     frame.
     """
     known = ~window.is_wider(_KNOWN_LABELS * cameras.step_px)
-    if lines.is_thin:
+    if is_thin:
         known = thinned(known)
-    against = contradicted(lines) > 0
     return bool(np.count_nonzero(against & known) > _SURPRISE * max(np.count_nonzero(known), 1))
 
 

@@ -192,8 +192,10 @@ def _fit_lines(
                 # Variance of the tilt by noise, which is independent along the row and down.
                 noise = derivative_variance * (x_steps[i] * x_steps[i] + y_steps[i] * y_steps[i])
                 lock[:] = np.float32(0)
-                _lock(columns, start_slope[v], x_steps[i], locking, lock)
-                _lock(here, start_slope[v], y_steps[i], locking, lock)
+                if x_steps[i] != 0:
+                    _lock(columns, start_slope[v], x_steps[i], locking, lock)
+                if y_steps[i] != 0:
+                    _lock(here, start_slope[v], y_steps[i], locking, lock)
                 _add_view(grey[i], tilt[i], seen[i], members[half[i]], lock, per_scale, noise, sums)
         _step(
             sums, reach, start_slope[v], maps[_SLOPE, v], maps[_INFORMATION, v], maps[_SIGNAL, v],

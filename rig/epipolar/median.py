@@ -12,12 +12,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.compute.bands import run_in_bands, run_side_by_side
+from rig.compute.bands import run_in_bands
 from rig.compute.kernel import kernel
-from rig.epipolar.rank import highest, jumps, lowest
+from rig.epipolar.rank import jumps
 
 _BLOCK = 128
 _HALVINGS = 5
+_LIKE_NONE = np.float32(1e15)
+"""A grey value that no other resembles."""
 
 
 def near_jumps(slope_px: NDArray[np.float32], jump_px: float, radius_px: int) -> NDArray[np.bool_]:
@@ -48,33 +50,18 @@ def guided_median(
         grey_scale: grey difference at which a neighbour's weight falls to a quarter.
     """
     result = slope_px.copy()
-    places = np.flatnonzero(where)
-    own = slope_px.ravel()[places], grey.ravel()[places]
-    bounds = run_side_by_side(
-        lambda: lowest(slope_px, radius_px).ravel()[places],
-        lambda: highest(slope_px, radius_px).ravel()[places],
-    )
-    stride = slope_px.shape[1] + 2 * radius_px
-    rows, columns = np.divmod(places, slope_px.shape[1])
-    framed = ((rows + radius_px) * stride + columns + radius_px).astype(np.int32)
-    dy, dx = np.mgrid[-radius_px : radius_px + 1, -radius_px : radius_px + 1]
-    taps = (dy * stride + dx)[(dy + dx) % 2 == 0].astype(np.int32)
-    # Grey values outside the picture resemble none, so that nothing outside has a say.
-    slopes, greys = run_side_by_side(
-        lambda: np.pad(slope_px, radius_px).ravel(),
-        lambda: np.pad(grey, radius_px, constant_values=1e15).ravel(),
-    )
-    found = np.empty(len(places), np.float32)
+    places = np.divmod(np.flatnonzero(where), slope_px.shape[1])
+    rows, columns = (part.astype(np.int32) for part in places)
+    reach = np.arange(-radius_px, radius_px + 1, dtype=np.int32)
+    dy, dx = np.meshgrid(reach, reach, indexing="ij")
+    votes = (dy + dx) % 2 == 0
+    taps = np.stack([dy[votes], dx[votes]], axis=1)
 
     def work(start: int, stop: int) -> None:
         part = slice(start, stop)
-        _median(
-            slopes, greys, framed[part], taps, own[0][part], own[1][part], bounds[0][part],
-            bounds[1][part], np.float32(1 / grey_scale), found[part],
-        )  # fmt: skip
+        _median(slope_px, grey, rows[part], columns[part], taps, np.float32(1 / grey_scale), result)
 
-    run_in_bands(work, len(places))
-    result.ravel()[places] = found
+    run_in_bands(work, len(rows))
     return result
 
 
@@ -82,67 +69,107 @@ def guided_median(
 def _median(
     slope: NDArray[np.float32],
     grey: NDArray[np.float32],
-    places: NDArray[np.int32],
+    rows: NDArray[np.int32],
+    columns: NDArray[np.int32],
     taps: NDArray[np.int32],
-    own_slope: NDArray[np.float32],
-    own_grey: NDArray[np.float32],
-    low: NDArray[np.float32],
-    high: NDArray[np.float32],
     per_scale: np.float32,
-    found: NDArray[np.float32],
+    result: NDArray[np.float32],
 ) -> None:
-    """Halve the interval that holds the median, for a block of pixels at a time."""
-    values = np.empty((len(taps), _BLOCK), np.float32)
-    weights = np.empty((len(taps), _BLOCK), np.float32)
-    half, below, bottom, middle, width = (
-        np.empty(_BLOCK, np.float32),
+    """Halve the interval that holds the median, for a block of pixels at a time.
+
+    Nothing outside the picture has a say: a grey value that resembles none stands for it, and the
+    slope of the nearest pixel, which is in the window as well and keeps the interval as it is.
+    """
+    values = np.zeros((len(taps), _BLOCK), np.float32)
+    weights = np.zeros((len(taps), _BLOCK), np.float32)
+    half, below, bottom, width = (
         np.empty(_BLOCK, np.float32),
         np.empty(_BLOCK, np.float32),
         np.empty(_BLOCK, np.float32),
         np.empty(_BLOCK, np.float32),
     )
-    for first in range(0, len(places), _BLOCK):
-        count = min(_BLOCK, len(places) - first)
+    own_grey, high = np.zeros(_BLOCK, np.float32), np.empty(_BLOCK, np.float32)
+    for first in range(0, len(rows), _BLOCK):
+        count = min(_BLOCK, len(rows) - first)
         last = first + count
+        for i in range(count):
+            own_grey[i] = grey[rows[first + i], columns[first + i]]
         half[:] = np.float32(0)
         for k in range(len(taps)):
-            _fetch(slope, grey, places[first:last], taps[k], values[k], weights[k])
-            _weigh(weights[k], own_grey[first:last], per_scale, half)
-        for i in range(count):
-            bottom[i] = low[first + i]
-            width[i] = (high[first + i] - bottom[i]) * np.float32(1.0001)
+            _fetch(
+                slope, grey, rows[first:last], columns[first:last], taps[k, 0], taps[k, 1],
+                values[k], weights[k],
+            )  # fmt: skip
+            _weigh(weights[k], own_grey, per_scale, half)
+        _bound(values, bottom, high)
+        for i in range(_BLOCK):
+            width[i] = (high[i] - bottom[i]) * np.float32(1.0001)
             half[i] *= np.float32(0.5)
-        for _ in range(_HALVINGS):
-            below[:] = np.float32(0)
-            for i in range(_BLOCK):
-                width[i] *= np.float32(0.5)
-                middle[i] = bottom[i] + width[i]
-            for k in range(len(taps)):
-                _add_below(values[k], weights[k], middle, below)
-            for i in range(_BLOCK):
-                bottom[i] = middle[i] if below[i] < half[i] else bottom[i]
+        _halve(values, weights, half, bottom, width, below)
         below[:] = np.float32(0)
         half[:] = np.float32(0)
         for k in range(len(taps)):
             _add_inside(values[k], weights[k], bottom, width, below, half)
         for i in range(count):
-            mean = half[i] / below[i]
-            found[first + i] = mean if below[i] > 0 else own_slope[first + i]
+            if below[i] > 0:
+                result[rows[first + i], columns[first + i]] = half[i] / below[i]
+
+
+@kernel()
+def _halve(
+    values: NDArray[np.float32],
+    weights: NDArray[np.float32],
+    half: NDArray[np.float32],
+    bottom: NDArray[np.float32],
+    width: NDArray[np.float32],
+    below: NDArray[np.float32],
+) -> None:
+    """Move the bottom of each interval up where less than half of the weight lies below."""
+    middle = np.empty(_BLOCK, np.float32)
+    for _ in range(_HALVINGS):
+        below[:] = np.float32(0)
+        for i in range(_BLOCK):
+            width[i] *= np.float32(0.5)
+            middle[i] = bottom[i] + width[i]
+        for k in range(len(values)):
+            _add_below(values[k], weights[k], middle, below)
+        for i in range(_BLOCK):
+            # A sum, and no choice of what to store: that would be slow on some processors.
+            bottom[i] += width[i] if below[i] < half[i] else np.float32(0)
+
+
+@kernel()
+def _bound(
+    values: NDArray[np.float32], low: NDArray[np.float32], high: NDArray[np.float32]
+) -> None:
+    """Fill in the lowest and the highest value of every pixel of a block, two taps at a time."""
+    least, most = values[0].copy(), values[0].copy()
+    for k in range(1, len(values), 2):
+        one, other = values[k], values[min(k + 1, len(values) - 1)]
+        for i in range(_BLOCK):
+            low[i] = min(least[i], one[i], other[i])
+        for i in range(_BLOCK):
+            high[i] = max(most[i], one[i], other[i])
+        least[:], most[:] = low, high
 
 
 @kernel()
 def _fetch(
     slope: NDArray[np.float32],
     grey: NDArray[np.float32],
-    places: NDArray[np.int32],
-    tap: np.int32,
+    rows: NDArray[np.int32],
+    columns: NDArray[np.int32],
+    down: np.int32,
+    right: np.int32,
     values: NDArray[np.float32],
     greys: NDArray[np.float32],
 ) -> None:
-    for i in range(len(places)):
-        k = np.uintp(np.uint32(places[i] + tap))
-        values[i] = slope[k]
-        greys[i] = grey[k]
+    height, width = slope.shape
+    for i in range(len(rows)):
+        v, u = rows[i] + down, columns[i] + right
+        y, x = min(max(v, 0), height - 1), min(max(u, 0), width - 1)
+        values[i] = slope[y, x]
+        greys[i] = grey[y, x] if (y == v) & (x == u) else _LIKE_NONE
 
 
 @kernel()
@@ -154,7 +181,7 @@ def _weigh(
 ) -> None:
     """Turn grey values into weights."""
     one = np.float32(1)
-    for i in range(len(own_grey)):
+    for i in range(_BLOCK):
         d = (weights[i] - own_grey[i]) * per_scale
         w = one / (one + d * d)
         weights[i] = w * w

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.compute.bands import run_side_by_side
 from rig.epipolar.line import LineFits
 from rig.epipolar.rank import mean
 from rig.epipolar.scales import Scales
@@ -21,16 +22,19 @@ many neighbours have one noise."""
 _SHRINK = 2
 
 
-def is_plain(lines: LineFits, views: int) -> Map:
-    """1 where the texture of a patch is no more than noise alone pretends, else 0, as the lines.
+def is_plain(lines: LineFits, views: int) -> NDArray[np.bool_]:
+    """Where the texture of a patch is no more than noise alone pretends, as the lines.
 
     Args:
         lines: the fit of every pixel's own line.
         views: how many there are.
     """
-    signal, every = (lines.around(m, _RADIUS_PX) for m in (lines.signal, lines.information))
+    signal, every = run_side_by_side(
+        lambda: lines.around(lines.signal, _RADIUS_PX),
+        lambda: lines.around(lines.information, _RADIUS_PX),
+    )
     least = _least_share((2 * _RADIUS_PX + 1) ** 2 * max(views - 1, 1))
-    return (signal < np.float32(least) * every).astype(np.float32)
+    return signal < np.float32(least) * every
 
 
 def has_coarse_texture(grey: Map, scales: Scales, *, is_row: bool) -> NDArray[np.bool_]:

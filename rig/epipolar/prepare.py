@@ -11,7 +11,7 @@ from rig.epipolar.mending.first_match import FirstMatch
 from rig.epipolar.mending.fitting import fit_together
 from rig.epipolar.mending.gains import Gains
 from rig.epipolar.mending.mending import Mending
-from rig.epipolar.mending.usable import keep, seen_views, strange_views
+from rig.epipolar.mending.usable import keep, strange_views
 from rig.epipolar.noise.cross import measure_cross_noise
 from rig.epipolar.noise.model import CrossNoise, NoiseModel
 from rig.epipolar.placement.placement import on_their_lines
@@ -77,25 +77,25 @@ class Ready:
 
 
 def prepare(
-    views: RectifiedViews,
+    seen: tuple[RectifiedViews, tuple[str, ...]],
     window: Window,
     noise: NoiseModel | None,
     rough_noise: CrossNoise | None,
     steady: Steady | None = None,
 ) -> Ready:
-    """Leave out what shows nothing, make the rest fit, and measure its noise.
+    """Make views fit each other, leave out those that do not, and measure their noise.
 
     Args:
-        views: as they come.
+        seen: views that show something, and what is to be said of the others (`seen_views`).
         window: the slopes to search.
         noise: noise of the grey values as told; None for that of the views, or what they show.
         rough_noise: what the views differ by; None to measure it at the first match.
         steady: what the last multi-view told that hardly changes; None for nothing.
 
     Raises:
-        SlopeError: an image is not finite, or no view but the reference can be used.
+        SlopeError: no view but the reference can be used.
     """
-    views, warnings = seen_views(views)
+    views, warnings = seen
     known = noise or views.noise
     grey_step = 0.0 if views.images.dtype == np.float32 else 1.0
     steady, wide, effort = _of_these(steady, views, window)

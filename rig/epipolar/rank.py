@@ -128,5 +128,11 @@ def quantile(values: NDArray[np.floating], share: float) -> float:
     return float(np.interp(place, np.arange(len(values)), np.sort(values)))
 
 
+def middle_of(values: NDArray[np.floating]) -> float:
+    """Median of some values, (N, ...); of two in the middle, the larger."""
+    ranked = np.partition(values, values.size // 2, axis=None)
+    return float(ranked[values.size // 2])
+
+
 def _square(radius_px: int) -> NDArray[np.uint8]:
     return np.ones((2 * radius_px + 1, 2 * radius_px + 1), np.uint8)

@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.compute.bands import run_side_by_side
+from rig.compute.bands import run_in_bands, run_side_by_side
 from rig.epipolar.chessboard import filled, thinned
 from rig.epipolar.line import LineFits, fit_lines
 from rig.epipolar.noise.local import line_precision, locking, reply_share
-from rig.epipolar.rank import highest
+from rig.epipolar.rank import middle_of
 from rig.epipolar.scales import Scales
 from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras
 from rig.epipolar.stitch import behind_jumps, stitch
@@ -88,18 +88,16 @@ def _stitch(
 ) -> Stitched:
     """Join neighbours whose slopes differ by no more than the lines themselves are uncertain."""
     information = line_precision(lines, scales)
-    line_sigma_px = 1.0 / max(float(np.median(information[::4, ::4])), 1e-12) ** 0.5
+    line_sigma_px = 1.0 / max(middle_of(information[::4, ::4]), 1e-12) ** 0.5
     step_px = cameras.step_px
     slope_gate_px = max(1.5 * step_px, min(7.5 * line_sigma_px, 6.0 * step_px))
-    near_px, start_px, own = highest(slope_px, 1), slope_px, grey
+    start_px, own = slope_px, grey
     if lines.is_thin:
-        near_px, start_px, own = run_side_by_side(
-            lambda: thinned(near_px), lambda: thinned(slope_px), lambda: thinned(grey)
-        )
+        start_px, own = run_side_by_side(lambda: thinned(slope_px), lambda: thinned(grey))
     joined, variance, misfit = stitch(
         start_px,
         lines.slope_px,
-        behind_jumps(start_px, near_px, information, 2.0 * step_px),
+        behind_jumps(slope_px, information, 2.0 * step_px),
         own,
         radius_px=_RADIUS_PX,
         stride_px=STRIDE_PX,
@@ -107,7 +105,11 @@ def _stitch(
         grey_gate=scales.likeness,
         is_thin=lines.is_thin,
     )
-    variance *= np.maximum(misfit, np.float32(1))
+
+    def widen(start: int, stop: int) -> None:
+        variance[start:stop] *= np.maximum(misfit[start:stop], np.float32(1))
+
+    run_in_bands(widen, len(variance))
     if not lines.is_thin:
         return joined, variance
     return filled(

@@ -16,6 +16,8 @@ from rig.epipolar.spline import INVERSE
 
 _PAD = 2
 _AS_IT_IS = np.ones(1)
+_FEW = 8192
+"""Samples that are taken in less time than a thread needs to wake up."""
 _TAPS = 4
 _BEFORE, _HERE, _AFTER, _BEYOND = range(_TAPS)
 """The coefficients that a value is made of: two on each side of it."""
@@ -97,7 +99,10 @@ def sample_tilts(
                 seen[i],
             )  # fmt: skip
 
-    run_in_bands(work, views)
+    if views * len(rows) < _FEW:
+        work(0, views)
+    else:
+        run_in_bands(work, views)
     return grey, tilt, seen > 0
 
 

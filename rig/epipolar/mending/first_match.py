@@ -24,16 +24,21 @@ _FEW_UNKNOWN = 0.3
 
 @dataclass(frozen=True, slots=True)
 class FirstMatch:
-    """Small pictures with their slopes."""
+    """Pictures with the slopes of smaller ones."""
 
-    images: Map
-    """(V, H // factor, W // factor) mean grey values."""
+    pictures: Image
+    """(V, H, W) grey values at full size."""
     factor: int
-    """How many times smaller they are."""
+    """How many times smaller those are that were matched."""
     slope_px: Map
     """(H // factor, W // factor) in their own pixels per view step."""
     is_told: bool
     """Whether the slopes are those of a hypothesis: nothing was searched."""
+
+    @property
+    def images(self) -> Map:
+        """(V, H // factor, W // factor) mean grey values; few followed frames ask for them."""
+        return small_pictures(self.pictures, self.factor)
 
 
 def small_pictures(images: Image, factor: int) -> Map:
@@ -52,10 +57,9 @@ def first_match(images: Image, cameras: Cameras, window: Window) -> FirstMatch:
         window: the slopes to search.
     """
     factor = min(_SHRINK, max(1, min(images.shape[1:]) // _MIN_SIDE_PX))
-    small = small_pictures(images, factor)
     small_window = window.shrunk(factor)
     is_told = wide_share(small_window, cameras) <= _FEW_UNKNOWN
-    slope_px = (
-        small_window.expected_px if is_told else search_coarsely(small, cameras, small_window)
-    )
-    return FirstMatch(small, factor, slope_px, is_told)
+    slope_px = small_window.expected_px
+    if not is_told:
+        slope_px = search_coarsely(small_pictures(images, factor), cameras, small_window)
+    return FirstMatch(images, factor, slope_px, is_told)

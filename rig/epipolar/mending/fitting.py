@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.colour import luminance, merge_channels
-from rig.epipolar.mending.first_match import FirstMatch, first_match, small_pictures
+from rig.epipolar.mending.first_match import FirstMatch, first_match
 from rig.epipolar.mending.gains import Gains
 from rig.epipolar.mending.mending import Mending
 from rig.epipolar.mending.photometry import Light, equalise
@@ -80,7 +80,7 @@ def fit_together(
         if left.any:
             rows = expected.plus(left)
             pictures = _mended(views.images, rows)
-            first = replace(first, images=small_pictures(_grey(pictures), first.factor))
+            first = replace(first, pictures=_grey(pictures))
     known_noise = None if known is None else known.noise
     if pictures.ndim == 4:
         images, agreement, light = merge_channels(pictures, cameras, first, grey_step, noise, light)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.arrays import Float
+from rig.compute.bands import run_in_bands
 from rig.epipolar.noise.model import CrossNoise, NoiseModel
 from rig.epipolar.sampling import pad, sample_tilts
 from rig.epipolar.search.window import Cameras
@@ -119,12 +120,19 @@ def _differences(
         u.ravel(), v.ravel(), each,
     )  # fmt: skip
     blocks = (len(others), *u.shape)
-    seen = np.logical_and.reduce(inside.reshape(blocks), axis=2)
-    left = grey.reshape(blocks).astype(np.float64) - own
-    slopes = tilt.reshape(blocks).astype(np.float64)
-    for part in (left, slopes):
-        part -= part.mean(axis=2, keepdims=True)
-        part[~seen] = 0.0
+    seen = np.empty(blocks[:2], np.bool_)
+    left, slopes = np.empty(blocks, np.float64), np.empty(blocks, np.float64)
+
+    def work(start: int, stop: int) -> None:
+        for i in range(start, stop):
+            seen[i] = np.logical_and.reduce(inside[i].reshape(u.shape), axis=1)
+            np.subtract(grey[i].reshape(u.shape), own, out=left[i])
+            slopes[i] = tilt[i].reshape(u.shape)
+            for part in (left[i], slopes[i]):
+                part -= part.mean(axis=1, keepdims=True)
+                part[~seen[i]] = 0.0
+
+    run_in_bands(work, len(others))
     return left, slopes, seen
 
 
@@ -160,12 +168,16 @@ def _likeness(left: Float, scatter: Float) -> Float:
     side, reach = _SIDE_PX, _SIDE_PX // 2
     blocks = (left / np.sqrt(scatter)[:, None]).reshape(-1, side, side)
     likeness = np.zeros((side, side))
-    for dy in range(reach + 1):
-        for dx in range(-reach, reach + 1):
+    lags = [(dy, dx) for dy in range(reach + 1) for dx in range(-reach, reach + 1)]
+
+    def work(start: int, stop: int) -> None:
+        for dy, dx in lags[start:stop]:
             one = blocks[:, : side - dy, max(-dx, 0) : side - max(dx, 0)]
             other = blocks[:, dy:, max(dx, 0) : side + min(dx, 0)]
             mean = float((one * other).sum()) / (one[0].size * len(blocks))
             likeness[reach + dy, reach + dx] = likeness[reach - dy, reach - dx] = mean
+
+    run_in_bands(work, len(lags))
     # Each block has lost its mean, which pulls every product down by the variance of that mean.
     return _with_means(likeness / likeness[reach, reach])
 

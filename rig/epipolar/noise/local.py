@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rig.compute.bands import run_in_bands, run_side_by_side
 from rig.epipolar.line import UNSEEN, LineFits
+from rig.epipolar.rank import middle_of
 from rig.epipolar.scales import Scales
 
 _ENOUGH = 100.0
@@ -35,7 +36,7 @@ _STRIP_PX, _STRIP_EVERY_PX = 32, 96
 
 def line_precision(lines: LineFits, scales: Scales) -> NDArray[np.float32]:
     """Precision of each pixel's own line, 1 / (px per view step)^2, (H, W)."""
-    each = float(np.median(lines.freedom[::4, ::4]))
+    each = middle_of(lines.freedom[::4, ::4])
     if each < _NO_FREEDOM:
         scatter, freedom = _of_shared_slopes(lines)
     else:

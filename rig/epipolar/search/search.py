@@ -119,7 +119,8 @@ def search(
             found = _search_coarse(images, cameras, window, scales, drift)
             return found.only(wide, window.expected_px)
         case Effort.FOLLOWED if wide.any() and rival_px is not None:
-            return Found.of_all(window.expected_px, rival_px).only(wide, window.expected_px)
+            known_px = np.where(wide, rival_px, np.float32(np.nan))
+            return Found.of_all(window.expected_px, known_px)
         case Effort.FOLLOWED if wide.any():
             if splines is None:
                 splines = pad(images, cameras.x_steps, cameras.y_steps)

@@ -27,6 +27,8 @@ _LIMIT, _CLEARLY = 3.0, 0.5
 """Grey difference that counts as a full mismatch, and mean difference that decides, in Cauchy
 scales of the line fit."""
 _UNSEEN = np.float32(1e6)
+_FEW = 8
+"""One in so many pixels: up to there it costs less to look around each of them by itself."""
 
 _REACH = np.arange(-_RADIUS_PX, _RADIUS_PX + 1, dtype=np.float32)
 _NEARNESS = np.float32(1) / (np.float32(1) + _REACH[:, None] ** 2 + _REACH**2)
@@ -53,9 +55,7 @@ def choose_sides(
         scales: grey scales of the images.
         drift: (2, H, W) light that changes with the view, see `rig.epipolar.drift`; None for none.
     """
-    low, high = lowest(slope_px, _RADIUS_PX), highest(slope_px, _RADIUS_PX)
-    near = high - low > np.float32(_JUMP_LABELS * cameras.step_px)
-    rows, columns = np.divmod(np.flatnonzero(near & movable), slope_px.shape[1])
+    rows, columns, low, high = _near_jumps(slope_px, movable, _JUMP_LABELS * cameras.step_px)
     limit = np.float32(_LIMIT * scales.doubt)
     half = assign_halves(cameras.x_steps, cameras.y_steps)
     x_steps, y_steps = cameras.x_steps.astype(np.float32), cameras.y_steps.astype(np.float32)
@@ -65,7 +65,7 @@ def choose_sides(
 
     def weigh(start: int, stop: int) -> None:
         part = slice(start, stop)
-        _find_sides(slope_px, low, high, rows[part], columns[part], sides[:, part])
+        _find_sides(slope_px, low[part], high[part], rows[part], columns[part], sides[:, part])
         _prefer(
             splines, grey, x_steps, y_steps, half, rows[part], columns[part], sides[:, part], limit,
             light, preference,
@@ -83,6 +83,46 @@ def choose_sides(
     return result
 
 
+def _near_jumps(
+    slope_px: NDArray[np.float32], movable: NDArray[np.bool_], jump_px: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32], NDArray[np.float32]]:
+    """Rows and columns of the pixels that may move and lie near a jump, and the slopes around.
+
+    Where few may move, as in a frame that is followed, only their surroundings are looked at.
+    """
+    rows, columns = np.divmod(np.flatnonzero(movable), slope_px.shape[1])
+    if len(rows) > movable.size // _FEW:
+        low, high = (extreme(slope_px, _RADIUS_PX)[rows, columns] for extreme in (lowest, highest))
+    else:
+        low, high = np.empty((2, len(rows)), np.float32)
+        run_in_bands(
+            lambda start, stop: _bound(slope_px, rows, columns, start, stop, low, high), len(rows)
+        )
+    near = high - low > np.float32(jump_px)
+    return rows[near], columns[near], low[near], high[near]
+
+
+@kernel()
+def _bound(
+    slope: NDArray[np.float32],
+    rows: NDArray[np.int64],
+    columns: NDArray[np.int64],
+    start: int,
+    stop: int,
+    low: NDArray[np.float32],
+    high: NDArray[np.float32],
+) -> None:
+    """Fill in the lowest and the highest slope around each of some pixels."""
+    height, width = slope.shape
+    for i in range(start, stop):
+        v, u = rows[i], columns[i]
+        least = most = slope[v, u]
+        for y in range(max(v - _RADIUS_PX, 0), min(v + _RADIUS_PX + 1, height)):
+            for x in range(max(u - _RADIUS_PX, 0), min(u + _RADIUS_PX + 1, width)):
+                least, most = min(least, slope[y, x]), max(most, slope[y, x])
+        low[i], high[i] = least, most
+
+
 @kernel()
 def _find_sides(
     slope: NDArray[np.float32],
@@ -96,7 +136,7 @@ def _find_sides(
     height, width = slope.shape
     for i in range(len(rows)):
         v, u = rows[i], columns[i]
-        middle = np.float32(0.5) * (low[v, u] + high[v, u])
+        middle = np.float32(0.5) * (low[i] + high[i])
         far = far_weight = near = near_weight = np.float32(0)
         for y in range(max(v - _RADIUS_PX, 0), min(v + _RADIUS_PX + 1, height)):
             for x in range(max(u - _RADIUS_PX, 0), min(u + _RADIUS_PX + 1, width)):

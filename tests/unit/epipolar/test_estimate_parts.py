@@ -8,7 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 from rig.epipolar import estimate
+from rig.epipolar.chessboard import thinned
 from rig.epipolar.colour import luminance
+from rig.epipolar.confidence import contradicted
 from rig.epipolar.line import SEEN, LineFits
 from rig.epipolar.occlusion import hidden_points
 from rig.epipolar.placement.placement import Placement
@@ -217,6 +219,16 @@ def test_hidden_points_are_those_behind_a_nearer_one_at_their_place(margin: int)
     assert 0.02 < hidden.mean() < 0.9
 
 
+@pytest.mark.parametrize("width", [16, 17])
+def test_every_second_hidden_point_is_as_in_the_whole_picture(width: int):
+    slope = RNG.choice([-1.25, 0.0, 0.5, 3.25], (61, width)).astype(np.float32)
+    x, y = np.array([0.0, 1.0, -2.0, 0.0, 1.0]), np.array([0.0, 0.0, 0.0, -1.0, 1.0])
+    covered, hidden = hidden_points(slope, x, y, 0.6, 2)
+    thin_covered, thin_hidden = hidden_points(slope, x, y, 0.6, 2, is_thin=True)
+    assert np.array_equal(thin_covered, np.stack([thinned(one) for one in covered]))
+    assert np.array_equal(thin_hidden, thinned(hidden))
+
+
 def ready(cameras: Cameras, *, is_one_sided: bool) -> Any:
     return SimpleNamespace(cameras=cameras, is_one_sided=is_one_sided)
 
@@ -241,10 +253,11 @@ def test_a_hypothesis_is_wrong_where_half_of_what_it_knew_is_contradicted(
     misfit = filled(0.0)
     misfit[:, :columns] = 3.0
     sure = Window(filled(0.0), filled(1.5), filled(0.0))
-    assert estimate._is_misled(lines(misfit), sure, CROSS) is is_misled
+    against = contradicted(lines(misfit))
+    assert estimate._is_misled(against, sure, CROSS, is_thin=False) is is_misled
     # Windows wider than eight labels were no knowledge.
     unsure = Window(filled(0.0), filled(1.7), filled(0.0))
-    assert not estimate._is_misled(lines(misfit), unsure, CROSS)
+    assert not estimate._is_misled(against, unsure, CROSS, is_thin=False)
 
 
 def test_what_is_unknown_of_the_places_widens_sigma_up_to_that_of_a_guess():

@@ -518,7 +518,7 @@ def test_unrelated_pictures_do_not_agree():
     images, cameras, first = pairs_scene(40)
     other = RNG.permutation(images[1].ravel()).reshape(images[1].shape)
     mixed = np.stack([images[0], other]).astype(np.float32)
-    found = equalise(mixed, cameras, replace(first, images=mixed))
+    found = equalise(mixed, cameras, replace(first, pictures=mixed))
     assert found.agreement[1] < 0.5
 
 

@@ -1,6 +1,5 @@
 import numpy as np
 
-from rig.epipolar.rank import highest
 from rig.epipolar.stitch import behind_jumps, stitch
 
 RNG = np.random.default_rng(2)
@@ -41,7 +40,7 @@ def test_another_surface_is_not_stitched_to() -> None:
 
 def test_the_first_pixel_behind_a_jump_loses_its_say() -> None:
     step = np.where(COLUMNS < 25, np.float32(0), np.float32(3)).astype(np.float32)
-    information = behind_jumps(step, highest(step, 1), np.ones_like(step), 1.0)
+    information = behind_jumps(step, np.ones_like(step), 1.0)
     assert np.all(information[:, 24] < 0.1)
     assert np.all(information[:, :24] == 1)
     assert np.all(information[:, 25:] == 1)

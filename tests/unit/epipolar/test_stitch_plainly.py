@@ -75,7 +75,6 @@ def test_a_lone_line_tells_no_plane():
 def test_only_pixels_beside_a_slope_that_is_larger_by_the_jump_lose_their_say():
     slope = np.array([[0.0, 0.0, 0.0, 1.0, 1.0, 2.5]], np.float32)
     information = np.array([[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]], np.float32)
-    nearest = np.array([[0.0, 0.0, 1.0, 1.0, 2.5, 2.5]], np.float32)
-    left = behind_jumps(slope, nearest, information, 1.0)
+    left = behind_jumps(slope, information, 1.0)
     assert left[0] == pytest.approx([1.0, 2.0, 3.0, 4.0, 0.1, 6.0])
-    assert behind_jumps(slope, nearest, information, 0.99)[0, 2] == pytest.approx(0.06)
+    assert behind_jumps(slope, information, 0.99)[0, 2] == pytest.approx(0.06)
