@@ -1,12 +1,12 @@
 """From sightings to a calibration: a pure function of what was found."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from rig.arrays import Float
+from rig.arrays import Float, Index
 from rig.calibrate.light import lit_part
 from rig.calibrate.sight import PictureSightings, all_sightings
 from rig.errors import CalibrationError
@@ -28,6 +28,9 @@ _AT_ODDS = frozenset({"unsynchronised", "moved", "bumped", "swapped", "outliers"
 """What views are suspected of that disagree about the board; mirrored pictures disagree too."""
 
 
+_ROUNDS_OF_OUTLIERS = 10
+_LEAST_KEPT = 0.5
+"""Share of the points that a limit of outliers must leave."""
 _ROUNDS_OF_CENTRES = 2
 """Solves after the first one, of circles."""
 
@@ -41,6 +44,9 @@ class SolveChoices:
     """Geometry to start from."""
     fixed: Fixed = "none"
     """What of it to keep."""
+    outlier_px: float | None = None
+    """Points further than this from where the calibration puts them are left out, and all is solved
+    again; None leaves only those out that are beyond 5 sigma."""
 
 
 def solve(
@@ -82,6 +88,31 @@ def solve(
     if _AT_ODDS.intersection(reason.code for reason in calibration.verdict.reasons):
         board.refuse_mirrored(sightings)
     return calibration
+
+
+def without_far_points(
+    sightings: Sequence[Sighting], calibration: Calibration, outlier_px: float
+) -> tuple[Sighting, ...]:
+    """Return sightings without the points that a calibration puts further away than a limit.
+
+    Args:
+        sightings: of the pictures that it was solved from.
+        calibration: which says where points should be.
+        outlier_px: largest distance that is kept.
+    """
+    far = {
+        (r.picture, r.view): r.ids[np.linalg.norm(r.residual_px, axis=1) > outlier_px]
+        for r in calibration.residuals
+    }
+    return tuple(
+        one if not len(gone) else _without(one, gone)
+        for one, gone in ((s, far.get((s.picture, s.view), np.empty(0))) for s in sightings)
+    )
+
+
+def _without(one: Sighting, gone: Index) -> Sighting:
+    kept = ~np.isin(one.ids, gone)
+    return replace(one, ids=one.ids[kept], xy_px=one.xy_px[kept], sigma_px=one.sigma_px[kept])
 
 
 def _of_centres(
@@ -140,11 +171,46 @@ def _solved(
     pictures: Sequence[PictureSightings],
     choices: SolveChoices,
 ) -> Calibration:
+    """Solve, and solve again without far points until none is left."""
+    used = tuple(board.one_way_up(sightings))
+    found = _solved_once(profile, board, used, pictures, choices)
+    if choices.outlier_px is None:
+        return found
+    count = sum(map(len, used))
+    for _ in range(_ROUNDS_OF_OUTLIERS):
+        kept = without_far_points(used, found, choices.outlier_px)
+        left = sum(map(len, kept))
+        if left == sum(map(len, used)):
+            break
+        if left < _LEAST_KEPT * count:
+            raise CalibrationError(
+                f"points beyond {choices.outlier_px:g} px asked to be left out, that is "
+                f"{count - left} of {count}",
+                advice="choose a larger --outlier-px, or look at the pictures: most of them do "
+                "not fit each other",
+            )
+        used = kept
+        found = _solved_once(profile, board, used, pictures, choices)
+    left = sum(map(len, used))
+    note = (
+        f"{count - left} of {count} points were left out, further than {choices.outlier_px:g} px "
+        "from where they should be"
+    )
+    return replace(found, verdict=replace(found.verdict, notes=(*found.verdict.notes, note)))
+
+
+def _solved_once(
+    profile: Profile,
+    board: _Board,
+    sightings: Sequence[Sighting],
+    pictures: Sequence[PictureSightings],
+    choices: SolveChoices,
+) -> Calibration:
     stage_mm = {
         one.number: one.stage_mm for one in pictures if one.stage_mm is not None and one.sightings
     }
     return solve_rig(
-        board.one_way_up(sightings),
+        sightings,
         board.points_mm,
         board.sizes_px,
         board.names,

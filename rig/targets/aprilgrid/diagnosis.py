@@ -78,7 +78,7 @@ def why_not(
     """
     asked = f"AprilGrid of {grid} tags (36h11, numbers {grid.first_tag}.."
     asked += f"{grid.first_tag + grid.tag_count - 1}, border of {grid.border_bits} bits) asked for"
-    own = read_tags(picture, quads_px, border_bits=grid.border_bits, gap=grid.spacing)
+    own = read_tags(picture, quads_px, border_bits=grid.border_bits, share=grid.spacing)
     if corners:
         return TargetError(
             f"{asked}, found {corners} of its corners, 6 are needed",
@@ -115,7 +115,7 @@ def _other_border(
     picture: Picture, quads_px: Float, grid: AprilGrid, asked: str
 ) -> TargetError | None:
     other = 3 - grid.border_bits
-    tags = read_tags(picture, quads_px, border_bits=other, gap=grid.spacing)
+    tags = read_tags(picture, quads_px, border_bits=other, share=grid.spacing)
     if len(tags) < _FEWEST_TAGS:
         return None
     return TargetError(

@@ -56,7 +56,9 @@ def find_aprilgrid(image: Image, grid: AprilGrid) -> Detection:
 
 
 def _read(picture: Picture, quads: list[Float], grid: AprilGrid) -> list[Tag]:
-    return read_tags(picture, np.concatenate(quads), border_bits=grid.border_bits, gap=grid.spacing)
+    return read_tags(
+        picture, np.concatenate(quads), border_bits=grid.border_bits, share=grid.spacing
+    )
 
 
 def _tags_of(grid: AprilGrid, tags: list[Tag]) -> list[Tag]:

@@ -8,7 +8,7 @@ from rig_sim.april_print import april_print, april_texel_mm
 from rig.arrays import Float
 from rig.calibrate.sight import PictureSightings
 from rig.calibrate.solve import SolveChoices, solve
-from rig.errors import ConfigError
+from rig.errors import CalibrationError, ConfigError
 from rig.geometry.bundle import Calibration
 from rig.optics.target import target_of
 from rig.profile import Profile
@@ -150,3 +150,48 @@ def test_the_simulated_aprilgrid_is_the_one_that_is_looked_for():
         april_print(config.model_copy(update={"spacing": 0.2813}))
     with pytest.raises(ConfigError, match="there are 587"):
         april_print(config.model_copy(update={"first_tag": 585}))
+
+
+def of_scene(scene: CircleScene, off: dict[tuple[int, int], float]) -> list[Detection]:
+    """Centres of points, some of them moved to the right by so many px."""
+    rng = np.random.default_rng(3)
+    seen: list[Detection] = []
+    for number, ((x, y, z), turned) in enumerate(POSES):
+        pose = scene.with_changes(offset_mm=(x, y), distance_mm=float(z), tilt_deg=turned)
+        xy_px = pose.centres() + 0.01 * rng.standard_normal((28, 2))
+        for (picture, point), moved_px in off.items():
+            if picture == number:
+                xy_px[point, 0] += moved_px
+        seen.append(detection(xy_px, 0.01))
+    return seen
+
+
+POINTS = {**CIRCLES, "diameter_mm": 1e-3}
+MOVED = {(2, 5): 0.3, (2, 6): -0.3, (7, 0): 0.045}
+
+
+def solved_to(outlier_px: float | None) -> Calibration:
+    scene = CircleScene(rows=7, spacing_mm=30.0, focal_px=FOCAL_PX)
+    pictures = [of_picture(number, one) for number, one in enumerate(of_scene(scene, MOVED))]
+    profile = a_profile(POINTS)
+    assert profile.target is not None
+    choices = SolveChoices("none", outlier_px=outlier_px)
+    return solve(profile, target_of(profile.target), pictures, choices)
+
+
+def test_points_beyond_a_limit_are_left_out_and_all_is_solved_again():
+    found = solved_to(0.04)
+    shown = {r.picture: set(r.ids.tolist()) for r in found.residuals}
+    assert set(range(28)) - shown[2] == {5, 6}
+    assert 0 not in shown[7]
+    assert all(np.linalg.norm(r.residual_px, axis=1).max() <= 0.04 for r in found.residuals)
+    left_out = 28 * len(POSES) - sum(len(ids) for ids in shown.values())
+    assert 3 <= left_out < 10
+    told = f"{left_out} of 280 points were left out, further than 0.04 px"
+    assert any(note.startswith(told) for note in found.verdict.notes)
+
+
+def test_a_limit_that_leaves_half_of_the_points_is_refused():
+    with pytest.raises(CalibrationError, match=r"beyond 0.004 px .* of 280") as told:
+        solved_to(0.004)
+    assert "--outlier-px" in str(told.value)
