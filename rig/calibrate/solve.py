@@ -104,10 +104,8 @@ def without_far_points(
         (r.picture, r.view): r.ids[np.linalg.norm(r.residual_px, axis=1) > outlier_px]
         for r in calibration.residuals
     }
-    return tuple(
-        one if not len(gone) else _without(one, gone)
-        for one, gone in ((s, far.get((s.picture, s.view), np.empty(0))) for s in sightings)
-    )
+    nothing = np.empty(0, np.intp)
+    return tuple(_without(s, far.get((s.picture, s.view), nothing)) for s in sightings)
 
 
 def _without(one: Sighting, gone: Index) -> Sighting:

@@ -170,7 +170,9 @@ def calibrate(
             show(line)
     if not result.calibration.verdict.good:
         tell(
-            f"rig: weak calibration; sweeps and captures take it only on purpose: "
+            "rig: weak calibration"
+            if len(profile.views) == 1
+            else f"rig: weak calibration; sweeps and captures take it only on purpose: "
             f"--calibration {result.calibration_id}"
         )
         tell_next("calibrate, weak", as_json=as_json, profile=profile_name)

@@ -95,7 +95,8 @@ def homographies(quads: Float) -> Float:
             design[:, row, first : first + 3] = u, v, 1.0
             design[:, row, 6:] = np.stack([-u * value, -v * value], axis=1)
     numbers = np.linalg.solve(design, quads.reshape(-1, 8, 1))[..., 0]
-    return np.concatenate([numbers, np.ones((len(quads), 1))], axis=1).reshape(-1, 3, 3)
+    matrices = np.concatenate([numbers, np.ones((len(quads), 1))], axis=1)
+    return np.asarray(matrices.reshape(-1, 3, 3), np.float64)
 
 
 def _look(
