@@ -14,6 +14,7 @@ from rig.geometry.bundle import Calibration, solve_rig
 from rig.geometry.bundle.observations import observe
 from rig.geometry.bundle.part import Part
 from rig.geometry.bundle.repeats import require_different_places
+from rig.geometry.bundle.rolling_shutter import Readout, measure_readouts, readout_text
 from rig.geometry.bundle.solve import Fixed
 from rig.geometry.circle_bias import without_bias
 from rig.geometry.half_turn import agree_on_turns
@@ -21,7 +22,7 @@ from rig.geometry.lens import LensModel
 from rig.geometry.mirrored import refuse_mirrored
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.sighting import Sighting
-from rig.profile import Profile
+from rig.profile import FolderCameraConfig, Profile
 from rig.targets import CircleGrid, Target
 
 _AT_ODDS = frozenset({"unsynchronised", "moved", "bumped", "swapped", "outliers"})
@@ -87,7 +88,26 @@ def solve(
         raise
     if _AT_ODDS.intersection(reason.code for reason in calibration.verdict.reasons):
         board.refuse_mirrored(sightings)
-    return calibration
+    told = [
+        readout_text(calibration, readout)
+        for readout in readouts_of(profile, pictures, calibration)
+        if readout.is_rolling
+    ]
+    verdict = replace(calibration.verdict, notes=(*calibration.verdict.notes, *told))
+    return replace(calibration, verdict=verdict)
+
+
+def readouts_of(
+    profile: Profile, pictures: Sequence[PictureSightings], calibration: Calibration
+) -> tuple[Readout, ...]:
+    """Return how long views take from their first row to their last, where boards moved.
+
+    Pictures in folders have the time at which they were read: nobody knows when they were taken.
+    """
+    if isinstance(profile.camera, FolderCameraConfig):
+        return ()
+    times_s = {one.number: one.time_s for one in pictures if one.time_s is not None}
+    return measure_readouts(calibration, times_s)
 
 
 def without_far_points(
