@@ -88,12 +88,12 @@ def why_not(
     return (
         _others(own, grid, asked)
         or _other_border(picture, quads_px, grid, asked)
+        or _mirrored(picture, quads_px, grid, asked)
         or exposure_at_fault(image, asked)
         or _unread(picture, quads_px, grid, asked)
         or TargetError(
             f"{asked}, no tag of it found among {len(quads_px)} dark quadrilaterals",
-            advice="put the board in view, light it, and hold it still; mirrored pictures of it "
-            "cannot be read",
+            advice="put the board in view, light it, and hold it still",
             reason="not-found",
         )
     )
@@ -122,6 +122,20 @@ def _other_border(
         f"{asked}, found {len(tags)} tags with a border of {other} bit{'s' * (other > 1)}",
         advice=f"set border_bits = {other}",
         reason="wrong-pattern",
+    )
+
+
+def _mirrored(picture: Picture, quads_px: Float, grid: AprilGrid, asked: str) -> TargetError | None:
+    """Tags that are read once their corners are taken the other way round."""
+    other_way = quads_px[:, ::-1]
+    tags = read_tags(picture, other_way, border_bits=grid.border_bits, share=grid.spacing)
+    if len(tags) < _FEWEST_TAGS:
+        return None
+    return TargetError(
+        f"{asked}, found {len(tags)} of its tags mirrored",
+        advice="switch the mirroring off in the camera's driver or settings, or mirror the stored "
+        "pictures back",
+        reason="mirrored",
     )
 
 

@@ -34,7 +34,7 @@ def find_aprilgrid(image: Image, grid: AprilGrid) -> Detection:
 
     Raises:
         TargetError: not found as asked for; `reason` is one of wrong-count, wrong-pattern,
-            few-corners, too-small, blurred, over-exposed, under-exposed, not-found.
+            few-corners, mirrored, too-small, blurred, over-exposed, under-exposed, not-found.
     """
     pictures = pyramid(image, _LEVELS)
     quads = [from_level(find_quads(picture), level) for level, picture in enumerate(pictures)]
