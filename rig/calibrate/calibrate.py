@@ -13,7 +13,7 @@ from rig.calibrate.collection import Collection
 from rig.calibrate.conclude import CalibrationResult, quality_of
 from rig.calibrate.on_sliders import on_sliders
 from rig.calibrate.pictures import Picture, recorded_pictures
-from rig.calibrate.solve import SolveChoices
+from rig.calibrate.solve import SolveChoices, readouts_of
 from rig.calibrate.take import Operator, read_album, read_stored, take_in_hand, take_on_stage
 from rig.database import Store, software_versions, this_program
 from rig.errors import ConfigError, StoreError
@@ -192,6 +192,7 @@ def _store(
         file,
         Path(page),
         sliders,
+        readouts_of(profile, collection.sightings, calibration),
     )
 
 

@@ -9,6 +9,7 @@ from rig.calibrate.sight import Tally
 from rig.geometry.bundle import Calibration
 from rig.geometry.bundle.direction_error import direction_error_of
 from rig.geometry.bundle.result import PoseAdvice
+from rig.geometry.bundle.rolling_shutter import Readout
 from rig.geometry.slider import Sliders
 
 
@@ -27,6 +28,8 @@ class CalibrationResult:
     """Its pictures, one HTML file."""
     sliders: Sliders | None = None
     """What carries the camera; None where it stands."""
+    readouts: tuple[Readout, ...] = ()
+    """How long views take from their first row to their last, where moving boards tell."""
 
 
 def error_text(calibration: Calibration) -> str:

@@ -26,6 +26,8 @@ class PictureSightings:
     """Per view: how bright the parts of the picture are; none where nobody looked."""
     places_mm: tuple[tuple[float, ...], ...] | None = None
     """Per view: where the stages stood that carry the camera, read back; None where it stands."""
+    time_s: float | None = None
+    """Middle of the exposure on the camera's clock; None where nobody knows it."""
 
     @property
     def sightings(self) -> tuple[Sighting, ...]:
@@ -78,6 +80,7 @@ def sight(picture: Picture, target: Target) -> PictureSightings:
         tuple(_look(frame, target) for frame in frames),
         tuple(map(brightness_of, frames)),
         _places_mm(picture),
+        picture.multiview.timestamp_s,
     )
 
 

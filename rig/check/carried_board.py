@@ -10,7 +10,7 @@ from rig.check.span import ends_mm, middle_mm, plan_mm
 from rig.check.stage import judge_reading, judge_repeatability, repeatability
 from rig.errors import DeviceError, RigError
 from rig.optics.optics import Optics
-from rig.profile import Profile
+from rig.profile import CharucoConfig, CheckerboardConfig, Profile
 from rig.stored import RunCurve
 from rig.targets.corners import Corners
 
@@ -99,6 +99,7 @@ def _slope_per_mm(profile: Profile, board: BoardAtStop) -> float | None:
 
     m = pitch f (1/Z - 1/Z0), and a square of s mm is f s / Z px wide: dm/dZ = -pitch side / (s Z).
     """
-    if board.slope is None or profile.target is None:
+    target = profile.target
+    if board.slope is None or not isinstance(target, CheckerboardConfig | CharucoConfig):
         return None
-    return -profile.pitch_mm * board.slope.side_px / (profile.target.square_mm * board.reached_mm)
+    return -profile.pitch_mm * board.slope.side_px / (target.square_mm * board.reached_mm)

@@ -10,7 +10,7 @@ from rig.cli.calibration_result import calibration_as_dict, calibration_lines
 from rig.cli.from_scene import SceneChoices, from_scenes, refuse_others
 from rig.cli.lenslet_result import lenslet_lines, lenslets_as_dict
 from rig.cli.next_verb import tell_next
-from rig.cli.options import AsJson, DatabaseUrl, Note, Overrides, ProfileName, Tags
+from rig.cli.options import AsJson, DatabaseUrl, Note, Overrides, ProfileName, Tags, finite
 from rig.cli.output import show, show_json, tell
 from rig.cli.page_options import View, ViewHost, ViewPort, calibrate_page, page_request
 from rig.cli.words import calibration_numbers
@@ -93,6 +93,17 @@ def calibrate(
             "stand; focal lengths and lengths are those that are known already.",
         ),
     ] = False,
+    outlier_px: Annotated[
+        float | None,
+        typer.Option(
+            "--outlier-px",
+            metavar="PX",
+            min=0.0,
+            callback=finite,
+            help="Leave out points further than this from where they should be, and solve again.",
+            show_default="those beyond 5 sigma",
+        ),
+    ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with the newest unfinished one of this rig.")
     ] = False,
@@ -131,6 +142,8 @@ def calibrate(
 
     if fix is not Fix.NONE and start is None:
         raise typer.BadParameter(f"--fix {fix.value}: give the calibration with --start")
+    if outlier_px == 0:
+        raise typer.BadParameter("--outlier-px 0 leaves no point: give a distance in px")
     page = page_request(view_host, view_port, is_wanted=view)
     profile = load_profile(profile_name, overrides or ())
     if white is not None or profile.camera.kind == "lenslet":
@@ -165,7 +178,7 @@ def calibrate(
         begin = None if start is None else stored_rig(store, start).geometry
         request = CalibrateRequest(
             profile,
-            SolveChoices(lens=lens.value, start=begin, fixed=fix.value),
+            SolveChoices(lens.value, begin, fix.value, outlier_px),
             most_pictures=pictures,
             on_stage=stage,
             resume=resume,
@@ -186,7 +199,9 @@ def calibrate(
             show(line)
     if not result.calibration.verdict.good:
         tell(
-            f"rig: weak calibration; sweeps and captures take it only on purpose: "
+            "rig: weak calibration"
+            if len(profile.views) == 1
+            else f"rig: weak calibration; sweeps and captures take it only on purpose: "
             f"--calibration {result.calibration_id}"
         )
         tell_next("calibrate, weak", as_json=as_json, profile=profile_name)

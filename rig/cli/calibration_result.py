@@ -26,6 +26,14 @@ def calibration_as_dict(result: "CalibrationResult") -> dict[str, object]:
         },
         "depth_zero": _depth_zero(result),
         **quality_of(calibration, result.sliders),
+        "readout_ms": {
+            calibration.geometry.names[r.view]: {
+                "value": 1e3 * r.readout_s,
+                "k2": 2e3 * r.sigma_s,
+                "rolling": r.is_rolling,
+            }
+            for r in result.readouts
+        },
         "verdict": {
             "good": verdict.good,
             "reasons": [{"code": r.code, "text": r.text} for r in verdict.reasons],

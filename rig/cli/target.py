@@ -161,7 +161,7 @@ def target(
                 "file": str(out),
                 "page_mm": [drawing.width_mm, drawing.height_mm],
                 "board_mm": [width_mm, height_mm],
-                **({"square_mm": board.square_mm} if hasattr(board, "square_mm") else {}),
+                **_square_of(board),
             }
         )
         return
@@ -170,6 +170,14 @@ def target(
         f"{drawing.width_mm:g} x {drawing.height_mm:g} mm; print at 100 %, then measure the ruler"
     )
     tell_next("target", as_json=False, profile=profile_name or "PROFILE")
+
+
+def _square_of(board: "Target") -> dict[str, object]:
+    from rig.targets import CharucoBoard
+    from rig.targets.checkerboard import Checkerboard
+
+    has_squares = isinstance(board, Checkerboard | CharucoBoard)
+    return {"square_mm": board.square_mm} if has_squares else {}
 
 
 def _of_profile(name: str, overrides: list[str]) -> "Target":

@@ -42,7 +42,7 @@ def refuse_mirrored(
 
     Args:
         sightings: of one board.
-        points_mm: (P, 3) points of the board, a full grid.
+        points_mm: (P, 3) points of the board.
         sizes_px: (width, height) of each view.
         names: of each view.
         has_one_way_up: whether the board looks different after half a turn.
@@ -52,6 +52,8 @@ def refuse_mirrored(
     """
     as_they_come = first_rotations(sightings, points_mm, sizes_px)
     partner = _mirrored_points(points_mm)
+    if partner is None:
+        return  # nobody takes such a board for itself in a mirror
     back = first_rotations(
         [_mirrored_back(s, partner, sizes_px[s.view][0]) for s in sightings], points_mm, sizes_px
     )
@@ -88,11 +90,20 @@ def refuse_mirrored(
     )
 
 
-def _mirrored_points(points_mm: Float) -> NDArray[np.intp]:
-    """(P,) the point that lies where each point is after the board is mirrored left to right."""
+def _mirrored_points(points_mm: Float) -> NDArray[np.intp] | None:
+    """(P,) the point that lies where each point is after the board is mirrored.
+
+    Left to right, or top to bottom, which is the same but for half a turn; None for a board that
+    neither brings onto itself.
+    """
     plane = points_mm[:, :2]
-    mirrored = plane * (-1.0, 1.0) + (plane[:, 0].min() + plane[:, 0].max(), 0.0)
-    return np.argmin(np.linalg.norm(mirrored[:, None] - plane, axis=2), axis=1)
+    middle = (plane.min(axis=0) + plane.max(axis=0)) / 2
+    for way in ((-1.0, 1.0), (1.0, -1.0)):
+        mirrored = middle + (plane - middle) * way
+        partner = np.argmin(np.linalg.norm(mirrored[:, None] - plane, axis=2), axis=1)
+        if np.allclose(plane[partner], mirrored, atol=1e-6 * float(np.ptp(plane))):
+            return partner
+    return None
 
 
 def _mirrored_back(sighting: Sighting, partner: NDArray[np.intp], width_px: int) -> Sighting:

@@ -10,7 +10,7 @@ _NEEDS = {
     "dict_type": "needs a section of keys and values",
     "list_type": "needs a list",
     "tuple_type": "needs a list",
-    "too_short": "needs at least {min_length} entries",
+    "too_short": "needs a list of {min_length} or more",
     "too_long": "takes at most {max_length} entries",
     "int_type": "needs a whole number",
     "int_parsing": "needs a whole number",

@@ -59,7 +59,7 @@ class AprilScene:
         x, y = np.meshgrid(right, down)
         points = np.stack([x, y, np.ones_like(x)], axis=-1)
         shown = points @ self.pixel_from_tags().T
-        return shown[..., :2] / shown[..., 2:]
+        return np.asarray(shown[..., :2] / shown[..., 2:], np.float64)
 
     def pixel_from_tags(self) -> Float:
         """Homography from sides of a tag, right of and below the top left corner, to px."""

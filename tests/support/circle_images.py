@@ -51,7 +51,9 @@ class CircleScene:
                 [0, 0, 1.0],
             ]
         )
-        return camera @ np.column_stack([rotation[:, 0], rotation[:, 1], origin])
+        return np.asarray(
+            camera @ np.column_stack([rotation[:, 0], rotation[:, 1], origin]), np.float64
+        )
 
     def board_mm(self) -> Float:
         """(rows * columns, 2) centres, row by row."""

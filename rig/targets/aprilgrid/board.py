@@ -125,4 +125,4 @@ def tag_bits() -> NDArray[np.bool_]:
 
 def _along(count: int, spacing: float) -> NDArray[np.float64]:
     begins = np.arange(count) * (1.0 + spacing)
-    return np.stack([begins, begins + 1.0], axis=1).ravel()
+    return np.asarray(np.stack([begins, begins + 1.0], axis=1).ravel(), np.float64)

@@ -78,7 +78,7 @@ def why_not(
     """
     asked = f"AprilGrid of {grid} tags (36h11, numbers {grid.first_tag}.."
     asked += f"{grid.first_tag + grid.tag_count - 1}, border of {grid.border_bits} bits) asked for"
-    own = read_tags(picture, quads_px, border_bits=grid.border_bits, gap=grid.spacing)
+    own = read_tags(picture, quads_px, border_bits=grid.border_bits, share=grid.spacing)
     if corners:
         return TargetError(
             f"{asked}, found {corners} of its corners, 6 are needed",
@@ -88,12 +88,12 @@ def why_not(
     return (
         _others(own, grid, asked)
         or _other_border(picture, quads_px, grid, asked)
+        or _mirrored(picture, quads_px, grid, asked)
         or exposure_at_fault(image, asked)
         or _unread(picture, quads_px, grid, asked)
         or TargetError(
             f"{asked}, no tag of it found among {len(quads_px)} dark quadrilaterals",
-            advice="put the board in view, light it, and hold it still; mirrored pictures of it "
-            "cannot be read",
+            advice="put the board in view, light it, and hold it still",
             reason="not-found",
         )
     )
@@ -115,13 +115,27 @@ def _other_border(
     picture: Picture, quads_px: Float, grid: AprilGrid, asked: str
 ) -> TargetError | None:
     other = 3 - grid.border_bits
-    tags = read_tags(picture, quads_px, border_bits=other, gap=grid.spacing)
+    tags = read_tags(picture, quads_px, border_bits=other, share=grid.spacing)
     if len(tags) < _FEWEST_TAGS:
         return None
     return TargetError(
         f"{asked}, found {len(tags)} tags with a border of {other} bit{'s' * (other > 1)}",
         advice=f"set border_bits = {other}",
         reason="wrong-pattern",
+    )
+
+
+def _mirrored(picture: Picture, quads_px: Float, grid: AprilGrid, asked: str) -> TargetError | None:
+    """Tags that are read once their corners are taken the other way round."""
+    other_way = quads_px[:, ::-1]
+    tags = read_tags(picture, other_way, border_bits=grid.border_bits, share=grid.spacing)
+    if len(tags) < _FEWEST_TAGS:
+        return None
+    return TargetError(
+        f"{asked}, found {len(tags)} of its tags mirrored",
+        advice="switch the mirroring off in the camera's driver or settings, or mirror the stored "
+        "pictures back",
+        reason="mirrored",
     )
 
 

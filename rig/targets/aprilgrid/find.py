@@ -34,7 +34,7 @@ def find_aprilgrid(image: Image, grid: AprilGrid) -> Detection:
 
     Raises:
         TargetError: not found as asked for; `reason` is one of wrong-count, wrong-pattern,
-            few-corners, too-small, blurred, over-exposed, under-exposed, not-found.
+            few-corners, mirrored, too-small, blurred, over-exposed, under-exposed, not-found.
     """
     pictures = pyramid(image, _LEVELS)
     quads = [from_level(find_quads(picture), level) for level, picture in enumerate(pictures)]
@@ -56,7 +56,9 @@ def find_aprilgrid(image: Image, grid: AprilGrid) -> Detection:
 
 
 def _read(picture: Picture, quads: list[Float], grid: AprilGrid) -> list[Tag]:
-    return read_tags(picture, np.concatenate(quads), border_bits=grid.border_bits, gap=grid.spacing)
+    return read_tags(
+        picture, np.concatenate(quads), border_bits=grid.border_bits, share=grid.spacing
+    )
 
 
 def _tags_of(grid: AprilGrid, tags: list[Tag]) -> list[Tag]:

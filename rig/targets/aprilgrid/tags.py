@@ -28,18 +28,18 @@ class Tag:
     wrong_bits: int
 
 
-def read_tags(picture: Picture, quads_px: Float, *, border_bits: int, gap: float) -> list[Tag]:
+def read_tags(picture: Picture, quads_px: Float, *, border_bits: int, share: float) -> list[Tag]:
     """Read what the quadrilaterals spell; those that spell nothing are left out.
 
     Args:
         picture: (H, W) grey.
         quads_px: (Q, 4, 2) clockwise.
         border_bits: width of the black border.
-        gap: width of the white gap around a tag, in its sides.
+        share: width of the white gap around a tag, in its sides.
     """
     if not len(quads_px):
         return []
-    bits, readable = _bits(picture, quads_px, border_bits, gap)
+    bits, readable = _bits(picture, quads_px, border_bits, share)
     seen = np.flatnonzero(readable)
     wrong = np.stack([_differences(np.rot90(bits[seen], q, axes=(1, 2))) for q in range(4)], axis=1)
     found: list[Tag] = []
@@ -61,7 +61,7 @@ def _differences(bits: NDArray[np.bool_]) -> NDArray[np.intp]:
 
 
 def _bits(
-    picture: Picture, quads_px: Float, border_bits: int, gap: float
+    picture: Picture, quads_px: Float, border_bits: int, share: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """(Q, 6, 6) inner bits, True for white, and (Q,) whether a black border is around them."""
     across = BITS + 2 * border_bits
@@ -73,7 +73,7 @@ def _bits(
     each = len(_PLACES_IN_BIT)
     levels = grey.reshape(-1, across, each, across, each).mean(axis=(2, 4))
     along = np.linspace(0.2, 0.8, 4)
-    aside = [(-gap / 2, a) for a in along] + [(1 + gap / 2, a) for a in along]
+    aside = [(-share / 2, a) for a in along] + [(1 + share / 2, a) for a in along]
     around, _ = _look(picture, picture_from_unit, np.array(aside + [(b, a) for a, b in aside]))
     border = np.ones((across, across), np.bool_)
     border[border_bits:-border_bits, border_bits:-border_bits] = False
@@ -95,7 +95,8 @@ def homographies(quads: Float) -> Float:
             design[:, row, first : first + 3] = u, v, 1.0
             design[:, row, 6:] = np.stack([-u * value, -v * value], axis=1)
     numbers = np.linalg.solve(design, quads.reshape(-1, 8, 1))[..., 0]
-    return np.concatenate([numbers, np.ones((len(quads), 1))], axis=1).reshape(-1, 3, 3)
+    matrices = np.concatenate([numbers, np.ones((len(quads), 1))], axis=1)
+    return np.asarray(matrices.reshape(-1, 3, 3), np.float64)
 
 
 def _look(

@@ -19,6 +19,7 @@ _BLOB_GAP, _RING_GAP = 0.42, 0.62
 next circle begins at 1."""
 _WIDE_EDGE = 2.563
 """Width of a blurred edge from 10 to 90 per cent, in its sigmas."""
+_UNKNOWN = (np.nan, np.nan, np.nan, np.nan, np.nan)
 _ROUNDS = 6
 _MOST_SIGMAS = 4.0
 _LEAST_NOISE = 0.3
@@ -82,7 +83,7 @@ def _measure(
     low = np.floor(place_px - half_px).astype(int)
     high = np.ceil(place_px + half_px).astype(int) + 1
     if (low < 0).any() or (high > np.array(picture.shape[::-1])).any():
-        return (np.nan,) * 5
+        return _UNKNOWN
     y, x = np.mgrid[low[1] : high[1], low[0] : high[0]].astype(np.float64)
     grey = picture[low[1] : high[1], low[0] : high[0]].astype(np.float64)
     away = np.stack([x - place_px[0], y - place_px[1]], axis=-1)
@@ -91,18 +92,18 @@ def _measure(
     window = far_mm <= radius_mm + _BLOB_GAP * grid.gap_mm
     core = far_mm < 0.5 * radius_mm
     if ring.sum() < _LEAST_RING or not core.any():
-        return (np.nan,) * 5
+        return _UNKNOWN
     design = np.stack([away[..., 0], away[..., 1], np.ones_like(x)], axis=-1)
     plane = _paper(design, grey, ring)
     if plane is None:
-        return (np.nan,) * 5
+        return _UNKNOWN
     paper = design @ plane
     noise = float(np.std(grey[ring] - paper[ring])) / max(float(plane[2]), 1e-9)
     taken = 1.0 - grey / np.maximum(paper, 1e-9)
     total = float(taken[window].sum())
     deep = float(np.median(taken[core]))
     if not (total > 0 and deep > 0):
-        return (np.nan,) * 5
+        return _UNKNOWN
     offset = (taken[window][:, None] * away[window]).sum(axis=0) / total
     lever = float(np.mean(np.sum((away[window] - offset) ** 2, axis=1))) / 2.0
     spread = window.sum() * lever
@@ -123,14 +124,19 @@ def _paper(design: Float, grey: Float, ring: NDArray[np.bool_]) -> Float | None:
     None where too little of the ring is left.
     """
     asked = int(ring.sum())
+    plane = _plane(design, grey, ring)
     for _ in range(_ROUNDS):
-        plane, _, _, _ = np.linalg.lstsq(design[ring], grey[ring], rcond=None)
         away = np.abs(grey - design @ plane)
         scale = 1.4826 * float(np.median(away[ring])) + _LEAST_NOISE
         stranger = ring & (away > _MOST_SIGMAS * scale)
         if not stranger.any():
-            return plane
+            break
         ring &= ~stranger
         if ring.sum() < max(_LEAST_RING, _LEAST_PAPER * asked):
             return None
+        plane = _plane(design, grey, ring)
     return plane
+
+
+def _plane(design: Float, grey: Float, ring: NDArray[np.bool_]) -> Float:
+    return np.asarray(np.linalg.lstsq(design[ring], grey[ring], rcond=None)[0], np.float64)

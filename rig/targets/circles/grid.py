@@ -52,7 +52,8 @@ class CircleGrid:
     def points_mm(self) -> NDArray[np.float64]:
         """Centres (rows, columns, 3), mm, from the first one; z 0."""
         flat = self.places * self.spacing_mm
-        return np.concatenate([flat, np.zeros((*flat.shape[:2], 1))], axis=-1)
+        points = np.concatenate([flat, np.zeros((*flat.shape[:2], 1))], axis=-1)
+        return np.asarray(points, np.float64)
 
     @property
     def gap_mm(self) -> float:

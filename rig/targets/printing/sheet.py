@@ -55,8 +55,9 @@ def draw_sheet(target: Target, page: tuple[float, float], border_mm: float) -> D
         ConfigError: the board does not fit; the message says what would.
     """
     board_mm = board_size_mm(target)
-    is_inverted = isinstance(target, CharucoBoard) and target.inverted
-    ground_mm = target.square_mm / 2 if is_inverted else 0.0
+    ground_mm = 0.0
+    if isinstance(target, CharucoBoard) and target.inverted:
+        ground_mm = target.square_mm / 2
     needed_mm = (
         max(board_mm[0] + 2 * ground_mm, RULER_MM) + 2 * border_mm,
         board_mm[1] + 2 * ground_mm + _FOOT_MM + 2 * border_mm,

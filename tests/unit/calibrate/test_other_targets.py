@@ -8,7 +8,7 @@ from rig_sim.april_print import april_print, april_texel_mm
 from rig.arrays import Float
 from rig.calibrate.sight import PictureSightings
 from rig.calibrate.solve import SolveChoices, solve
-from rig.errors import ConfigError
+from rig.errors import CalibrationError, ConfigError
 from rig.geometry.bundle import Calibration
 from rig.optics.target import target_of
 from rig.profile import Profile
@@ -19,10 +19,16 @@ from tests.support.april_images import AprilScene
 from tests.support.board_images import digitised
 from tests.support.circle_images import CircleScene
 
-CIRCLES = {
+CIRCLES: dict[str, object] = {
     "kind": "asymmetric_circles", "columns": 4, "rows": 7, "spacing_mm": 30.0, "diameter_mm": 34.0,
 }  # fmt: skip
-TAGS = {"kind": "aprilgrid", "tag_columns": 3, "tag_rows": 2, "tag_mm": 45.0, "spacing": 0.3}
+TAGS: dict[str, object] = {
+    "kind": "aprilgrid",
+    "tag_columns": 3,
+    "tag_rows": 2,
+    "tag_mm": 45.0,
+    "spacing": 0.3,
+}
 POSES = [
     ((-70, -50, 560), (25, 10, 3)), ((70, -50, 560), (-25, 15, -8)), ((-70, 50, 540), (10, -28, 5)),
     ((70, 50, 560), (-12, 30, 0)), ((0, 0, 480), (20, 20, 10)), ((0, 0, 900), (-40, 5, 90)),
@@ -61,6 +67,7 @@ def detection(xy_px: Float, sigma_px: float) -> Detection:
     return Detection(np.arange(count, dtype=np.intp), xy_px, np.full(count, sigma_px), 0.8, 150.0)
 
 
+@pytest.mark.slow
 def test_centres_of_circles_are_corrected_and_middles_alone_are_off():
     profile = a_profile(CIRCLES)
     scene = CircleScene(rows=7, spacing_mm=30.0, diameter_mm=34.0, focal_px=FOCAL_PX)
@@ -142,7 +149,9 @@ def test_the_simulated_aprilgrid_is_the_one_that_is_looked_for():
     paper = cv2.copyMakeBorder(
         large, margin, margin, margin, margin, cv2.BORDER_CONSTANT, value=(200,)
     )
-    found = find_target(cv2.GaussianBlur(paper, (0, 0), 1.0), AprilGrid(3, 2, 45.0, 0.3))
+    found = find_target(
+        np.asarray(cv2.GaussianBlur(paper, (0, 0), 1.0), np.uint8), AprilGrid(3, 2, 45.0, 0.3)
+    )
     wanted = AprilGrid(3, 2, 45.0, 0.3).points_mm.reshape(-1, 3)[:, :2] / 4.5 * scale
     assert found.ids.tolist() == list(range(24))
     assert found.xy_px == pytest.approx(wanted + margin + 3 * scale - 0.5, abs=0.02)
@@ -150,3 +159,49 @@ def test_the_simulated_aprilgrid_is_the_one_that_is_looked_for():
         april_print(config.model_copy(update={"spacing": 0.2813}))
     with pytest.raises(ConfigError, match="there are 587"):
         april_print(config.model_copy(update={"first_tag": 585}))
+
+
+def of_scene(scene: CircleScene, off: dict[tuple[int, int], float]) -> list[Detection]:
+    """Centres of points, some of them moved to the right by so many px."""
+    rng = np.random.default_rng(3)
+    seen: list[Detection] = []
+    for number, ((x, y, z), turned) in enumerate(POSES):
+        pose = scene.with_changes(offset_mm=(x, y), distance_mm=float(z), tilt_deg=turned)
+        xy_px = pose.centres() + 0.01 * rng.standard_normal((28, 2))
+        for (picture, point), moved_px in off.items():
+            if picture == number:
+                xy_px[point, 0] += moved_px
+        seen.append(detection(xy_px, 0.01))
+    return seen
+
+
+POINTS: dict[str, object] = {**CIRCLES, "diameter_mm": 1e-3}
+MOVED = {(2, 5): 0.3, (2, 6): -0.3, (7, 0): 0.045}
+
+
+def solved_to(outlier_px: float | None) -> Calibration:
+    scene = CircleScene(rows=7, spacing_mm=30.0, focal_px=FOCAL_PX)
+    pictures = [of_picture(number, one) for number, one in enumerate(of_scene(scene, MOVED))]
+    profile = a_profile(POINTS)
+    assert profile.target is not None
+    choices = SolveChoices("none", outlier_px=outlier_px)
+    return solve(profile, target_of(profile.target), pictures, choices)
+
+
+@pytest.mark.slow
+def test_points_beyond_a_limit_are_left_out_and_all_is_solved_again():
+    found = solved_to(0.04)
+    shown = {r.picture: set(r.ids.tolist()) for r in found.residuals}
+    assert set(range(28)) - shown[2] == {5, 6}
+    assert 0 not in shown[7]
+    assert all(np.linalg.norm(r.residual_px, axis=1).max() <= 0.04 for r in found.residuals)
+    left_out = 28 * len(POSES) - sum(len(ids) for ids in shown.values())
+    assert 3 <= left_out < 10
+    told = f"{left_out} of 280 points were left out, further than 0.04 px"
+    assert any(note.startswith(told) for note in found.verdict.notes)
+
+
+def test_a_limit_that_leaves_half_of_the_points_is_refused():
+    with pytest.raises(CalibrationError, match=r"beyond 0.004 px .* of 280") as told:
+        solved_to(0.004)
+    assert "--outlier-px" in str(told.value)

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from rig.errors import CalibrationError
+from rig.geometry import mirrored as mirrors
 from rig.geometry.mirrored import refuse_mirrored
 from rig.geometry.sighting import Sighting
+from rig.targets import CircleGrid
 from rig.targets.checkerboard import Checkerboard
 
 SIZES = [(640, 400), (400, 640), (640, 400)]
@@ -82,3 +84,15 @@ def test_pictures_that_fit_neither_way_are_not_called_mirrored():
     board = Checkerboard(9, 6, 25.0)
     late = [replace(s, picture=(s.picture + (s.view == 2)) % 8) for s in sightings(board)]
     assert refuse(late, board) is None
+
+
+def test_a_grid_of_shifted_rows_is_its_own_mirror_picture_only_top_to_bottom():
+    odd = CircleGrid(3, 5, 10.0, 8.0).points_mm.reshape(-1, 3)
+    partner = mirrors._mirrored_points(odd)
+    assert partner is not None
+    assert partner.tolist() == [12, 13, 14, 9, 10, 11, 6, 7, 8, 3, 4, 5, 0, 1, 2]
+    assert mirrors._mirrored_points(CircleGrid(3, 4, 10.0, 8.0).points_mm.reshape(-1, 3)) is None
+    checker = Checkerboard(3, 3, 10.0).points_mm.reshape(-1, 3)
+    found = mirrors._mirrored_points(checker)
+    assert found is not None
+    assert found.tolist() == [2, 1, 0, 5, 4, 3, 8, 7, 6]

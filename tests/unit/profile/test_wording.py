@@ -72,7 +72,7 @@ def test_no_refusal_of_a_wrong_value_speaks_the_language_of_the_library(data: st
         ("camera=3", "camera: must be a table with a kind"),
         ("camera={}", "camera.kind: missing; one of: sim, folder"),
         ("camera.kind=oax", "camera.kind: there is no camera 'oax', there are: folder"),
-        ("views=[]", "views: needs at least 2 entries, found a list of 0"),
+        ("views=[]", "views: needs a list of 1 or more, found a list of 0"),
         ("stage.baud=2.5", "stage.baud: needs a whole number, found 2.5"),
         ("stage.axis=W", "stage.axis: must be 'X', 'Y' or 'Z', found 'W'"),
         ("stage.travel_mm=5", "stage.travel_mm: needs a list, found 5"),

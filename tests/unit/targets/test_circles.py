@@ -44,7 +44,7 @@ def refused(image: np.ndarray, grid: CircleGrid) -> TargetError:
 
 
 def pose_of(scene: CircleScene) -> Pose:
-    rotation = cv2.Rodrigues(np.radians(np.array(scene.tilt_deg)))[0]
+    rotation = np.asarray(cv2.Rodrigues(np.radians(np.array(scene.tilt_deg)))[0], np.float64)
     middle = scene.spacing_mm * np.array([scene.columns - 0.5, (scene.rows - 1) / 2])
     return Pose(
         rotation, np.array([*scene.offset_mm, scene.distance_mm]) - rotation[:, :2] @ middle

@@ -21,6 +21,7 @@ from tests.support.calibration_scene import (
     HEIGHT,
     WIDTH,
     BoardPose,
+    TrueCamera,
     flat_board_mm,
     random_scene,
 )
@@ -93,7 +94,9 @@ def solved(count: int, seed: int, noise_px: float = 0.02) -> tuple[Calibration, 
     found = solve_rig(
         one.sightings(seed), flat_board_mm(), [(WIDTH, HEIGHT)], ("webcam",), 0, lens="brown5"
     )
-    return found, scene.cameras[0].numbers
+    camera = scene.cameras[0]
+    assert isinstance(camera, TrueCamera)
+    return found, camera.numbers
 
 
 def test_one_camera_alone_is_found_within_its_own_uncertainty():
