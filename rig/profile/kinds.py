@@ -87,8 +87,9 @@ class CameraTemplate:
     """Gives `[camera]` as TOML with comments; guesses say MEASURE."""
     views: int | None = None
     """How many views it has when nobody says; None: as many as devices are plugged in."""
-    built_in: "BuiltIn | None" = None
-    """The views of one device that knows them itself; None where places must be measured."""
+    built_in: "tuple[BuiltIn, ...]" = ()
+    """The views of one device that knows them itself, one for each number of views; for any other
+    number places must be measured."""
     takes_layout: bool = False
     """Whether one device may give all views in one picture, see `NewCamera.layout`."""
 
