@@ -4,7 +4,7 @@ import shutil
 import subprocess
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
@@ -42,7 +42,7 @@ def case_of(devices: tuple[str, str], **more: Any) -> CameraCase:
 
 
 @contextmanager
-def pulses(cameras: list[GigeCamera]) -> Iterator[None]:
+def pulses(cameras: list[GigeCamera]) -> Generator[None]:
     """A generator whose edges reach both cameras at one moment."""
     stopping = threading.Event()
 

@@ -73,7 +73,7 @@ class GigeCamera:
         self._is_running = False
         self._next_s = 0.0
         self._exposed_s = 0.0
-        self._kept: deque[tuple[int, list[bytes]]] = deque(maxlen=16)
+        self._kept: deque[tuple[int, tuple[int, list[bytes]]]] = deque(maxlen=16)
         self._stop = threading.Event()
 
     def __enter__(self) -> Self:
@@ -222,7 +222,7 @@ class GigeCamera:
             return
         block = (self._first_frame_id - 1 + frame) % 65535 + 1
         packets = self._packets(frame, block)
-        self._kept.append((block, packets))
+        self._kept.append((block, (frame, packets)))
         for number, packet in enumerate(packets):
             key = (frame, number)
             if key not in self.faults.dropped_once and key not in self.faults.dropped:
@@ -265,9 +265,7 @@ class GigeCamera:
 
     def _send_again(self, data: bytes) -> None:
         block, first, last = struct.unpack(">III", data[:12])
-        frame_of = dict(self._kept)
-        packets = frame_of.get(block & 0xFFFF, [])
-        never = {number for frame, number in self.faults.dropped}
+        frame, packets = dict(self._kept).get(block & 0xFFFF, (0, []))
         for number in range(first & 0xFFFFFF, (last & 0xFFFFFF) + 1):
-            if number < len(packets) and number not in never:
+            if number < len(packets) and (frame, number) not in self.faults.dropped:
                 self._send(packets[number])

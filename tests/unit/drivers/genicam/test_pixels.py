@@ -12,9 +12,15 @@ from rig_genicam.pixels import PixelError, layout_of, to_picture
 FORMATS = get_args(PixelFormat)
 
 
-def picture(data: list[int], pixel_format: str, width_px: int, height_px: int, **more: int):
+def picture(
+    data: list[int], pixel_format: str, width_px: int, height_px: int, padding_bytes: int = 0
+):
     return to_picture(
-        np.array(data, np.uint8), pixel_format, width_px=width_px, height_px=height_px, **more
+        np.array(data, np.uint8),
+        pixel_format,
+        width_px=width_px,
+        height_px=height_px,
+        padding_bytes=padding_bytes,
     )[0]
 
 
