@@ -11,7 +11,7 @@ from rig.profile.stages import StageConfig
 from rig.profile.views import ViewConfig
 
 if TYPE_CHECKING:  # profiles are read without what devices need
-    from rig.devices import Camera, Clock, Stage
+    from rig.devices import Bystander, Camera, Clock, Stage
 
 CONTRACT = 1
 """Version of the values of this module and of `rig.devices`; a kind says for which it is made."""
@@ -50,6 +50,8 @@ class Surroundings:
     """The stages that carry it: along the row, then along the column where there is one."""
     scans: ScanKeeping | None = None
     """Where the takes of a scan are kept as they come; None keeps them in memory."""
+    bystander: "Bystander | None" = None
+    """Who may be asked beside the person at the terminal; None where nobody looks on."""
 
 
 @dataclass(frozen=True, slots=True)
