@@ -14,7 +14,8 @@ from collections import Counter
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from rig_drivers.v4l2.jpeg import JpegDamageError, grey_of_jpeg
+from rig_drivers.jpeg.grey import JpegDamageError, grey_of_jpeg
+from rig_drivers.jpeg.whole import require_whole
 
 WIDTH_PX, HEIGHT_PX = 640, 480
 KINDS = (
@@ -66,6 +67,15 @@ def is_refused(data: Picture) -> bool:
     return False
 
 
+def is_refused_in_a_file(data: Picture) -> bool:
+    """Whether stored pictures of this content are told to be damaged."""
+    try:
+        require_whole(data.tobytes())
+    except JpegDamageError:
+        return True
+    return False
+
+
 def decoded(data: Picture, flag: int) -> Picture:
     """Return what the decoder makes of it, concealing what it can; empty where it gives up."""
     image = cv2.imdecode(data, flag)
@@ -99,6 +109,7 @@ def campaign(damages: int, seed: int) -> dict[str, Counter[str]]:
         if changed > COUNTS_FROM:
             counts["counting"] += 1
             counts["noticed"] += refused
+            counts["noticed in a file"] += not is_read or is_refused_in_a_file(data)
         elif refused and changed == 0.0:
             colour = decoded(data, cv2.IMREAD_COLOR)
             counts["harmless refused"] += bool(np.array_equal(colour, colours[place]))
@@ -132,6 +143,8 @@ def main() -> None:
         print(f"{name:40} {counts['noticed']:6} of {counts['counting']:6} noticed, {share:.2%}")
     share = total["noticed"] / max(1, total["counting"])
     print(f"{'all':40} {total['noticed']:6} of {total['counting']:6} noticed, {share:.2%}")
+    share = total["noticed in a file"] / max(1, total["counting"])
+    print(f"{'the same as stored pictures':40} {total['noticed in a file']:6} noticed, {share:.2%}")
     print(f"harmless damages refused: {total['harmless refused']}")
     print(f"undamaged refused: {good_refused(asked.good, asked.seed)} of {asked.good}")
 

@@ -134,6 +134,22 @@ class Stage(Device, Protocol):
         ...
 
 
+class Bystander(Protocol):
+    """Somebody who looks on, as at a live page, and whom a stage without a motor may ask."""
+
+    def ask(self, text: str) -> None:
+        """Show a question; what was said before does not answer it."""
+        ...
+
+    def settle(self) -> None:
+        """Take the question back."""
+        ...
+
+    def answer(self, timeout_s: float) -> str | None:
+        """Return what was said since the question; None where nothing was in time."""
+        ...
+
+
 STANDS = "the stage stands still"
 """What `stopped` says of a stage that it could stop."""
 

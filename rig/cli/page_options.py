@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Generator
 from contextlib import closing, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
     from rig.calibrate.watch import Watch
     from rig.capture.capture import CaptureRequest
     from rig.capture.output import WantedOutput
+    from rig.devices import Bystander
     from rig.progress import Tell
     from rig.sweep.watch import SweepWatcher
     from rig.view.server import ViewServer
@@ -63,19 +65,32 @@ def capture_page(
     return lambda request, folder: page_outputs(page, request, folder, tell, open_browser)
 
 
+@dataclass(frozen=True, slots=True)
+class SweepPage:
+    """The page of a sweep; both are None where none is served."""
+
+    watcher: "SweepWatcher | None" = None
+    bystander: "Bystander | None" = None
+    """Whom a stage that is a person may ask there."""
+
+
 @contextmanager
-def sweep_page(page: "PageRequest | None", tell: "Tell") -> "Generator[SweepWatcher | None]":
+def sweep_page(page: "PageRequest | None", tell: "Tell") -> "Generator[SweepPage]":
     """Serve the page of a sweep, if any, as long as the block runs."""
     if page is None:
-        yield None
+        yield SweepPage()
         return
+    from rig.view.actions import Actions
     from rig.view.browser import open_browser
+    from rig.view.hand import PageHand
     from rig.view.serving import serve_page
     from rig.view.sweep_view import SweepMessage, SweepView
 
-    server: ViewServer[SweepMessage] = serve_page(page, tell, open_browser)
+    hand = PageHand()
+    actions: Actions[SweepMessage] = Actions(put=hand.say)
+    server = serve_page(page, tell, open_browser, actions)
     with closing(server):
-        yield SweepView(server)
+        yield SweepPage(SweepView(server, hand), hand)
 
 
 @contextmanager

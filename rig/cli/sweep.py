@@ -147,10 +147,12 @@ def sweep(
         else:
             with (
                 ProgressLine(job.total) as progress,
-                sweep_page(page, progress.tell) as watcher,
-                open_hardware(job.run.profile) as hardware,
+                sweep_page(page, progress.tell) as shown,
+                open_hardware(job.run.profile, shown.bystander) as hardware,
             ):
-                result = sweep_and_conclude(job, hardware, store, progress.report, tell, watcher)
+                result = sweep_and_conclude(
+                    job, hardware, store, progress.report, tell, shown.watcher
+                )
         number = result.sweep_id
         with saying(
             lambda: f"sweep {number} and its curve are stored; its page: rig report {number}"

@@ -5,7 +5,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from rig.devices import Camera, Clock, Stage, SystemClock
+from rig.devices import Bystander, Camera, Clock, Stage, SystemClock
 from rig.errors import ConfigError, RigError
 from rig.profile import RAW_VIEW, CameraConfig, Profile, ScanCameraConfig, StageConfig
 from rig.profile.kinds import ScanKeeping, Surroundings
@@ -26,11 +26,15 @@ class Hardware:
 
 
 @contextmanager
-def open_hardware(profile: Profile) -> Generator[Hardware]:
+def open_hardware(profile: Profile, bystander: Bystander | None = None) -> Generator[Hardware]:
     """Open stage and camera of a profile; close both whatever happens.
 
     Real devices are opened side by side, which takes as long as the slowest; what is simulated
     shares one world and one clock, and is opened in order.
+
+    Args:
+        profile: the rig.
+        bystander: whom a stage that is a person may ask beside the terminal.
 
     Raises:
         ConfigError: the profile has no stage.
@@ -39,7 +43,7 @@ def open_hardware(profile: Profile) -> Generator[Hardware]:
     if profile.stage is None:
         raise ConfigError(f"profile {profile.name}: has no [stage]", advice="a sweep needs one")
     with ExitStack() as stack:
-        bench = _Bench(profile, stack, uses_stage=True)
+        bench = _Bench(profile, stack, uses_stage=True, bystander=bystander)
         stage, camera = bench.stage(profile.stage), bench.camera()
         if profile.is_simulated(with_stage=True):
             stack.enter_context(stage)
@@ -129,6 +133,7 @@ class _Bench:
         target_in_hand: bool = False,
         scans: ScanKeeping | None = None,
         behind_diffuser: bool = False,
+        bystander: Bystander | None = None,
     ) -> None:
         self._profile = profile
         self.clock: Clock = SystemClock()
@@ -146,7 +151,12 @@ class _Bench:
             )
             self._simulated, self.clock = bench.SimulatedBench(world), world.clock
         self._around = Surroundings(
-            profile.name, profile.views, self.clock, self._simulated, scans=scans
+            profile.name,
+            profile.views,
+            self.clock,
+            self._simulated,
+            scans=scans,
+            bystander=bystander,
         )
 
     def camera(self) -> Camera:

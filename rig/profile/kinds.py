@@ -11,7 +11,7 @@ from rig.profile.stages import StageConfig
 from rig.profile.views import ViewConfig
 
 if TYPE_CHECKING:  # profiles are read without what devices need
-    from rig.devices import Camera, Clock, Stage
+    from rig.devices import Bystander, Camera, Clock, Stage
 
 CONTRACT = 1
 """Version of the values of this module and of `rig.devices`; a kind says for which it is made."""
@@ -50,6 +50,8 @@ class Surroundings:
     """The stages that carry it: along the row, then along the column where there is one."""
     scans: ScanKeeping | None = None
     """Where the takes of a scan are kept as they come; None keeps them in memory."""
+    bystander: "Bystander | None" = None
+    """Who may be asked beside the person at the terminal; None where nobody looks on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,8 +89,9 @@ class CameraTemplate:
     """Gives `[camera]` as TOML with comments; guesses say MEASURE."""
     views: int | None = None
     """How many views it has when nobody says; None: as many as devices are plugged in."""
-    built_in: "BuiltIn | None" = None
-    """The views of one device that knows them itself; None where places must be measured."""
+    built_in: "tuple[BuiltIn, ...]" = ()
+    """The views of one device that knows them itself, one for each number of views; for any other
+    number places must be measured."""
     takes_layout: bool = False
     """Whether one device may give all views in one picture, see `NewCamera.layout`."""
 

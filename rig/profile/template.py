@@ -142,8 +142,8 @@ def profile_text(recipe: Recipe) -> str:
     camera = camera_template(recipe.camera)
     if recipe.views == 1:
         return _one_camera(camera, recipe)
-    built_in = camera.built_in
-    if built_in is not None and recipe.views == len(built_in.places):
+    built_in = next((b for b in camera.built_in if recipe.views == len(b.places)), None)
+    if built_in is not None:
         words, pitch_mm, places = _BUILT_IN, built_in.pitch_mm, built_in.places
     else:
         words, pitch_mm, places = _MEASURED, _PITCH_MM, PLACES

@@ -51,6 +51,8 @@ def sweep_and_conclude(
         with Interrupts() as interrupts, MeasuringThread(_measure(job)) as measuring:
             try:
                 job.run.require_unit(hardware.camera.identity)
+                is_new = job.sweep_id is None
+                watcher.begins(job, 0 if is_new else len(store.samples(_number(job))))
                 tell("homing the stage")
                 hardware.stage.home()
                 if job.sweep_id is None:
@@ -206,7 +208,6 @@ def _take_all(
         done.setdefault(sample.stop.index, set()).add(sample.number)
     times = SweepTimes(is_simulated=not isinstance(hardware.clock, SystemClock))
     count = len(stored)
-    watcher.begins(job, count)
     begun_s = hardware.clock.now_s()
     for new in run_sweep(
         job.stops,

@@ -42,3 +42,5 @@ class Actions(Generic[M]):
         RigError: it cannot be written.
     """
     recording: Recording | Refusal = Refusal("this run records nothing")
+    put: Callable[[str], str] | Refusal = Refusal("nobody has to put anything anywhere in this run")
+    """Takes the reading of somebody who has put the board where it was asked for."""

@@ -8,13 +8,13 @@ from rig.errors import FormatError
 
 Extra = Literal["views", "sigma", "label", "slope", "rectified", "colour"]
 """What a page may ask for beside the map itself: it costs only who looks at it."""
-Deed = Literal["save", "record", "stop"]
+Deed = Literal["save", "record", "stop", "put"]
 MOST_BYTES = 2048
 """No command is longer."""
 
 
 class Command(BaseModel):
-    """One message of a page; any of the four may be absent."""
+    """One message of a page; any of these may be absent."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -26,6 +26,8 @@ class Command(BaseModel):
     """Whether the page keeps the picture that it shows, and takes no other."""
     do: Deed | None = None
     """What to do with the message `ack`, or with the run."""
+    reading: Annotated[str, Field(max_length=20)] = ""
+    """With `put`: where the board stands as somebody has read it; empty: where it should."""
 
 
 def parse(text: str | bytes) -> Command:

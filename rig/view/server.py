@@ -193,7 +193,7 @@ class ViewServer(Generic[M]):
             now_s = time.monotonic()
             self._heed(client, command, now_s)
             if command.do is not None:
-                await self._do(connection, client, command.do)
+                await self._do(connection, client, command)
             elif command.ack is not None and now_s - linked_s > _LINK_EVERY_S:
                 linked_s = now_s
                 await connection.send(self._link(client))
@@ -207,9 +207,10 @@ class ViewServer(Generic[M]):
             client.is_frozen = command.freeze
         client.news.set()
 
-    async def _do(self, connection: ServerConnection, client: Client[M], deed: str) -> None:
+    async def _do(self, connection: ServerConnection, client: Client[M], command: Command) -> None:
+        deed = command.do
         try:
-            text = await asyncio.to_thread(self._deed(client, deed))
+            text = await asyncio.to_thread(self._deed(client, command))
             is_done = True
         except RigError as error:
             text, is_done = str(error), False
@@ -220,7 +221,10 @@ class ViewServer(Generic[M]):
             with suppress(ConnectionClosed):
                 await other.send(state)
 
-    def _deed(self, client: Client[M], deed: str) -> Callable[[], str]:
+    def _deed(self, client: Client[M], command: Command) -> Callable[[], str]:
+        deed, put = command.do, self._actions.put
+        if deed == "put":
+            return lambda: put.reason if isinstance(put, Refusal) else put(command.reading)
         save, recording = self._actions.save, self._actions.recording
         if deed == "save":
             shown = client.shown

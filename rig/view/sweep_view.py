@@ -13,6 +13,7 @@ from rig.records import SampleKey
 from rig.sweep.conclude import SweepResult
 from rig.sweep.job import SweepJob
 from rig.sweep.take import NewSample
+from rig.view.hand import PageHand
 from rig.view.packing import as_8_bit
 from rig.view.server import ViewServer
 from rig.view.wire import encode
@@ -72,10 +73,13 @@ class SweepView:
 
     Args:
         server: started; closed by whoever started it.
+        hand: what it asks of the person at the page is shown.
     """
 
-    def __init__(self, server: ViewServer[SweepMessage]) -> None:
+    def __init__(self, server: ViewServer[SweepMessage], hand: PageHand | None = None) -> None:
         self._server = server
+        self._hand = PageHand() if hand is None else hand
+        self._hand.on_change = self._publish
         self._job: SweepJob | None = None
         self._known = _Known(0)
 
@@ -126,6 +130,7 @@ class SweepView:
             return
         known = self._known
         header = {**_plan(self._job, known), **_seen(known), "result": _result(known.result)}
+        header["asked"] = self._hand.asked
         self._server.publish(SweepMessage(header, self._job, known.newest, known.board))
 
 

@@ -1,7 +1,9 @@
 """One camera that Aravis has opened: its features."""
 
 import ctypes
+import threading
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any, Final
 
 from rig.errors import DeviceLostError
@@ -139,16 +141,19 @@ class AravisDevice:
         if self._handle is None:
             return
         handle, self._handle = self._handle, None
-        try:
-            if self._stream is not None and not self._is_lost:
-                self._aravis.checked("device_execute_command", handle, "AcquisitionStop")
-        except CallError:
-            pass  # whoever is gone has stopped
-        finally:
-            if self._stream is not None:
-                self._stream.close()
-            self._aravis.off(handle, self._signal)
-            self._aravis.release(handle)
+        if self._is_lost:  # the library then waits for answers, some ten seconds in all
+            name = f"{self._name} given back"
+            threading.Thread(target=self._give_back, args=(handle,), name=name, daemon=True).start()
+            return
+        with suppress(CallError):  # whoever is gone has stopped
+            self._aravis.checked("device_execute_command", handle, "AcquisitionStop")
+        self._give_back(handle)
+
+    def _give_back(self, handle: int) -> None:
+        if self._stream is not None:
+            self._stream.close()
+        self._aravis.off(handle, self._signal)
+        self._aravis.release(handle)
 
     def _sort(self, feature: str) -> str:
         if feature not in self._sorts:
@@ -164,7 +169,10 @@ class AravisDevice:
             raise self._told(error) from error
 
     def _told(self, error: CallError) -> RefusedError | DeviceLostError:
-        return self._lost(str(error)) if error.is_gone else RefusedError(str(error))
+        if not error.is_gone:
+            return RefusedError(str(error))
+        self._is_lost = True  # asking again would take seconds each time
+        return self._lost(str(error))
 
     def _opened(self) -> int:
         if self._handle is None:

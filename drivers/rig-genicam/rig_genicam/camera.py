@@ -21,6 +21,8 @@ from rig_genicam.settings import Applied, apply
 
 _LOOK_S: Final = 0.25
 """So often a silent camera is looked at: whether it is still there."""
+_SETTLES_S: Final = 0.2
+"""After the start, frames only tell how the camera's clock stands: the quickest of several does."""
 _MOST_LATE: Final = 8
 """As many frames wait at most; then all the old ones are through."""
 _TOLD: Final = ("PixelFormat", "Width", "Height", "ExposureTime", "ExposureTimeAbs", "Gain",
@@ -42,7 +44,8 @@ class GenicamCamera:
 
     In `dropped`: `incomplete` (packets are missing), `damaged` (no picture of the size that was
     set), `lost` (the camera counted it, it never came), `duplicate` (its number came before),
-    `late` (not read in time).
+    `late` (not read in time). Not counted are the frames of the first 0.2 s of a camera that tells
+    times: they only show how its clock stands.
 
     Args:
         config: mode and features.
@@ -67,6 +70,7 @@ class GenicamCamera:
     def _reset(self) -> None:
         self._applied = Applied(None, has_rate=True)
         self._is_running = False
+        self._started_s = math.inf
         self._numbers = FrameNumbers()
         self._relation = ClockRelation()
         self._rate = RateWatch(
@@ -114,6 +118,7 @@ class GenicamCamera:
         if device is None:
             raise not_open(self._name)
         if not self._is_running:
+            self._started_s = self._clock.now_s()
             device.start()
             self._is_running = True
         return device
@@ -215,12 +220,14 @@ class GenicamCamera:
         if sequence is None:
             self._counts["duplicate"] += 1
             return None
+        came_s = self._came_s(buffer)
+        if came_s is None:
+            return None
         try:
             image, colour = self._picture(buffer)
         except PixelError:
             self._counts["damaged"] += 1
             return None
-        came_s = self._came_s(buffer)
         if not self._applied.has_rate:
             self._rate.see(sequence, came_s)
         exposure_us = buffer.chunks.get("ExposureTime")
@@ -251,11 +258,13 @@ class GenicamCamera:
             colour=config.colour,
         )
 
-    def _came_s(self, buffer: Buffer) -> float:
+    def _came_s(self, buffer: Buffer) -> float | None:
+        """Return when a frame came; None as long as that is not known well."""
         device_ns = buffer.chunks.get("Timestamp", float(buffer.device_ns))
         if device_ns == 0.0:
             return buffer.arrived_s
-        return self._relation.arrival_s(1e-9 * device_ns, buffer.arrived_s)
+        came_s = self._relation.arrival_s(1e-9 * device_ns, buffer.arrived_s)
+        return came_s if buffer.arrived_s >= self._started_s + _SETTLES_S else None
 
     def _uncertainty_s(self, came_s: float, exposure_s: float | None) -> float:
         """Return how much earlier than told the exposure may have been; an unknown one too."""

@@ -87,7 +87,7 @@ class GenicamCameraConfig(CameraConfig):
     """Any other feature of all cameras by its GenICam name, set in this order; `true` executes a
     command."""
     view_features: dict[str, dict[str, FeatureValue]] = Field(default={})
-    """By view name: features of that camera only, set after `features`."""
+    """By view name: features of that camera only, in the place of those of all or after them."""
     trigger: TriggerConfig | None = None
     """What starts every exposure; None: every camera runs freely."""
 

@@ -148,8 +148,8 @@ def _groups(data: Bytes, size: int) -> list[NDArray[np.uint16]]:
     return list(padded.reshape(-1, size).T)
 
 
-def _woven(*pixels: NDArray[np.uint16]) -> GreyImage:
-    return np.stack(pixels, axis=-1).reshape(-1)
+def _woven(*pixels: NDArray[np.integer]) -> GreyImage:
+    return np.stack(pixels, axis=-1).reshape(-1).astype(np.uint16)
 
 
 def _ten_p(data: Bytes) -> GreyImage:

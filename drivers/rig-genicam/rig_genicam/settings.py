@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from rig.errors import ConfigError
-from rig_genicam.config import GenicamCameraConfig, TriggerConfig
+from rig_genicam.config import FeatureValue, GenicamCameraConfig, TriggerConfig
 from rig_genicam.door import CHUNKS, GenicamDevice
 from rig_genicam.feature import execute, put
 
@@ -49,18 +49,18 @@ def apply(device: GenicamDevice, config: GenicamCameraConfig, view: str) -> Appl
     exposure_s = _expose(device, config)
     _amplify(device, config)
     has_rate = config.trigger is not None or _pace(device, config)
-    for name, value in (config.features | config.view_features.get(view, {})).items():
-        _feature(device, name, value, view, is_own=name in config.view_features.get(view, {}))
-    _ask_for_chunks(device)
+    own = config.view_features.get(view, {})
+    for name, value in (config.features | own).items():
+        where = f"view_features.{view}" if name in own else "features"
+        _feature(device, name, value, f"camera.{where}.{name}")
+    if "ChunkModeActive" not in config.features | own:
+        _ask_for_chunks(device)
     if config.trigger is not None:
         _trigger(device, config.trigger)
     return Applied(exposure_s, has_rate)
 
 
-def _feature(
-    device: GenicamDevice, name: str, value: bool | float | str, view: str, *, is_own: bool
-) -> None:
-    key = f"camera.view_features.{view}.{name}" if is_own else f"camera.features.{name}"
+def _feature(device: GenicamDevice, name: str, value: FeatureValue, key: str) -> None:
     if value is True and device.has(name) and device.is_command(name):
         execute(device, name, key=key)
     else:

@@ -13,6 +13,7 @@ from rig.devices import SystemClock
 from rig.profile.kinds import Surroundings
 from rig.profile.load import load_profile
 from rig.testing import CameraCase
+from rig_genicam.config import GenicamCameraConfig
 from rig_genicam.kind import GENICAM
 
 
@@ -20,6 +21,9 @@ from rig_genicam.kind import GENICAM
 def camera_case() -> CameraCase:
     """The cameras of the profile that the environment names, closed."""
     profile = load_profile(os.environ["RIG_GENICAM_PROFILE"])
+    config = profile.camera
+    if not isinstance(config, GenicamCameraConfig):
+        pytest.fail(f"profile {profile.name} has no camera of kind genicam")
     clock = SystemClock()
     around = Surroundings(profile.name, profile.views, clock)
-    return CameraCase(GENICAM.open(profile.camera, around), clock)
+    return CameraCase(GENICAM.open(config, around), clock)

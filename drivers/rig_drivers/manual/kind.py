@@ -16,10 +16,13 @@ may_move = false             # true when the lines above are MEASURED
 
 
 def _open(config: ManualStageConfig, around: Surroundings) -> Stage:
+    from rig_drivers.manual.beside import Beside
     from rig_drivers.manual.stage import ManualStage
     from rig_drivers.manual.terminal import Terminal
 
-    return ManualStage(config, around.clock, Terminal("stage"))
+    terminal = Terminal("stage")
+    person = terminal if around.bystander is None else Beside(terminal, around.bystander)
+    return ManualStage(config, around.clock, person)
 
 
 def _section(new: NewStage) -> str:

@@ -49,8 +49,8 @@ class Terminal:
             raise DeviceNotFoundError(
                 self._device,
                 'asks a person at the terminal (kind = "manual"), standard input is none',
-                advice="run it in a terminal, or take another kind of stage: see "
-                "docs/how-to/manual-stage.md",
+                advice="run it in a terminal, or with --view and press the button of the page, or "
+                "take another kind of stage: see docs/how-to/manual-stage.md",
             )
 
     def tell(self, text: str) -> None:

@@ -13,9 +13,11 @@ if TYPE_CHECKING:
     from rig_drivers.oak.host_sensors import SourceRack
     from rig_drivers.oak.sensors import Sensors
 
-_PAIR = ("CAM_B", "CAM_C")
-_PAIR_PLACES, _PAIR_MM = {"left": (0.0, 0.0), "right": (1.0, 0.0)}, 75.0
+_PAIR = BuiltIn(75.0, {"left": (0.0, 0.0), "right": (1.0, 0.0)})
 """The monochrome pair of an OAK-D and its kin, seen from behind."""
+_ALL = BuiltIn(37.5, {"colour": (0.0, 0.0), "left": (-1.0, 0.0), "right": (1.0, 0.0)})
+"""The pair with the colour camera between."""
+_OF_OAK_D = {"colour": "CAM_A", "left": "CAM_B", "right": "CAM_C"}
 _SOCKETS = ("CAM_A", "CAM_B", "CAM_C", "CAM_D", "CAM_E")
 _SECTION = """\
 [camera]
@@ -27,12 +29,26 @@ rate_hz = 10           # low is cool, and leaves bandwidth
 exposure_s = 0.008     # locked; the white squares should reach 70 % of full scale
 iso = 100
 # lens_position = 130  # only for sensors with autofocus, and then needed
-max_skew_s = 0.005
+{skew}
 
 # By view name: the board socket of its sensor.
 [camera.sockets]
 {sockets}
 """
+_IN_STEP = "max_skew_s = 0.005"
+_OUT_OF_STEP = (
+    "max_skew_s = 0.045     # the colour camera keeps no step with the pair: scenes at rest"
+)
+_COLOUR = """
+# What is different for the colour camera.
+[camera.sensors.colour]
+width_px = 1920
+height_px = 1080
+pixels = "nv12"        # grey and colour
+lens_position = 130    # locks autofocus. MEASURE: sharp in the middle of your distances
+white_balance_k = 5000 # locked as well
+"""
+_PAIR_ALONE = "# An OAK-D has a colour camera (CAM_A) as well: --views 3 describes all three.\n"
 
 
 class _SimulatedSensors(Protocol):
@@ -89,13 +105,20 @@ def _find(timeout_s: float) -> Sequence[FoundDevice]:
 
 
 def _section(new: NewCamera) -> str:
-    pairs = zip(new.views, _PAIR if new.views == tuple(_PAIR_PLACES) else _SOCKETS, strict=False)
-    return _SECTION.format(
+    if set(new.views) <= set(_OF_OAK_D):
+        sockets = {view: _OF_OAK_D[view] for view in new.views}
+    else:
+        sockets = dict(zip(new.views, _SOCKETS, strict=False))
+    section = _SECTION.format(
         device=json.dumps(new.devices[0] if new.devices else ""),
         width_px=new.width_px,
         height_px=new.height_px,
-        sockets="\n".join(f'{view} = "{socket}"' for view, socket in pairs),
+        skew=_OUT_OF_STEP if "colour" in sockets else _IN_STEP,
+        sockets="\n".join(f'{view} = "{socket}"' for view, socket in sockets.items()),
     )
+    if "colour" in sockets:
+        return section + _COLOUR
+    return section + (_PAIR_ALONE if new.views == tuple(_PAIR.places) else "")
 
 
 OAK = CameraKind(
@@ -104,7 +127,5 @@ OAK = CameraKind(
     config=OakCameraConfig,
     open=_open,
     search=Search("oak", "camera.device", _find, "OAK cameras"),
-    template=CameraTemplate(
-        "OAK sensors", _section, views=2, built_in=BuiltIn(_PAIR_MM, _PAIR_PLACES)
-    ),
+    template=CameraTemplate("OAK sensors", _section, views=2, built_in=(_PAIR, _ALL)),
 )

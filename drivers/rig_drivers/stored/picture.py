@@ -14,6 +14,7 @@ from rig_drivers.stored.lytro import is_lytro, lytro_raw
 Picture: TypeAlias = tuple[GreyImage, ColourImage | None]
 """Grey values, and the colour that they were made of."""
 _NAME = "camera folder"
+_JPEG = b"\xff\xd8"
 _DEPTHS = ("uint8", "uint16")
 
 
@@ -42,6 +43,7 @@ def read_picture(path: Path) -> Picture:
             f"{path} is no image or is damaged: it {error}",
             advice="replace or remove it",
         ) from error
+    _require_whole(path, data)
     if image.dtype.name not in _DEPTHS:
         raise DeviceLostError(_NAME, f"{path} holds {image.dtype}", advice="8 or 16 bit is needed")
     found = cast("GreyImage", image)
@@ -50,6 +52,21 @@ def read_picture(path: Path) -> Picture:
     has_alpha = found.shape[2] == 4
     code = cv2.COLOR_BGRA2GRAY if has_alpha else cv2.COLOR_BGR2GRAY
     return cast("GreyImage", cv2.cvtColor(found, code)), _in_colour(found[..., :3])
+
+
+def _require_whole(path: Path, data: bytes) -> None:
+    """Refuse a JPEG in which the decoder has filled in what it could not read."""
+    if not data.startswith(_JPEG):
+        return
+    from rig_drivers.jpeg.header import JpegDamageError  # compiles machine code
+    from rig_drivers.jpeg.whole import require_whole
+
+    try:
+        require_whole(data)
+    except JpegDamageError as error:
+        raise DeviceLostError(
+            _NAME, f"{path} is damaged: {error}", advice="replace or remove it"
+        ) from error
 
 
 def read_grey(path: Path) -> GreyImage:

@@ -63,7 +63,7 @@ def _of_mosaic(grey_format: str, order: str) -> _Reader:
 def _jpeg(data: Bytes, width_px: int, height_px: int, stride: int) -> ColourImage | None:
     """None for a picture that is grey itself."""
     del stride  # compressed
-    from rig_drivers.v4l2.jpeg_header import JpegDamageError, read_header  # compiles machine code
+    from rig_drivers.jpeg.header import JpegDamageError, read_header  # compiles machine code
 
     try:
         is_grey = len(read_header(data.tobytes()).components) < 3

@@ -108,7 +108,9 @@ def _of_bayer(decode: Decoder) -> Decoder:
 
 def _jpeg(data: Bytes, width_px: int, height_px: int, stride: int) -> GreyImage:
     del stride  # compressed
-    from rig_drivers.v4l2 import jpeg  # compiles machine code, which only these cameras need
+    from rig_drivers.jpeg import (
+        grey as jpeg,  # compiles machine code, which only these cameras need
+    )
 
     try:
         return jpeg.grey_of_jpeg(data, width_px=width_px, height_px=height_px)

@@ -3,6 +3,22 @@ class Sweep {
   constructor() {
     this.views = new Views($("sweep-views"));
     this.board = new Plate($("board"));
+    this.asked = null;
+    $("ask").addEventListener("submit", (event) => {
+      event.preventDefault();
+      $("put").disabled = true;
+      app.link.say({ do: "put", reading: $("reading").value.trim() });
+    });
+  }
+  // Enter in the field is the button: somebody with a board in the hands finds it without looking.
+  ask(question) {
+    $("ask").hidden = !question;
+    if (!question || question.number === this.asked) return;
+    this.asked = question.number;
+    $("put").disabled = false;
+    $("ask-text").textContent = question.text;
+    $("reading").value = "";
+    $("reading").focus();
   }
   draw({ header, arrays }) {
     this.views.draw({ header, arrays });
@@ -10,6 +26,7 @@ class Sweep {
     this.drawPlan(header);
     this.drawCurve(header);
     this.drawErrors(header);
+    this.ask(header.asked);
     this.tell(header);
   }
   drawBoard({ corners, outline, problem }, image) {

@@ -71,11 +71,29 @@ def test_an_oak_of_two_is_its_pair_that_knows_itself_and_looks_for_distances():
     assert [(view.x_steps, view.y_steps) for view in profile.views] == [(0.0, 0.0), (1.0, 0.0)]
     assert profile.slopes.range_mm == (400.0, 4000.0)
     assert profile.quality.depth_sigma_pct == 3.0
-    more = recipe_for("b", [found("oak", "18443010")], camera=None, views=3, stage=None)
-    board = parse_profile(tomllib.loads(profile_text(more)), source="new")
-    assert isinstance(board.camera, OakCameraConfig)
-    assert list(board.camera.sockets.values()) == ["CAM_A", "CAM_B", "CAM_C"]
-    assert board.slopes.range_px == (41.0, 192.0)
+    assert "--views 3 describes all three" in profile_text(recipe)
+
+
+def test_an_oak_of_three_has_the_colour_camera_between_its_pair():
+    recipe = recipe_for("b", [found("oak", "18443010")], camera=None, views=3, stage=None)
+    profile = parse_profile(tomllib.loads(profile_text(recipe)), source="new")
+    assert isinstance(profile.camera, OakCameraConfig)
+    assert profile.camera.sockets == {"colour": "CAM_A", "left": "CAM_B", "right": "CAM_C"}
+    assert profile.camera.size_of("colour") == (1920, 1080)
+    assert profile.camera.size_of("left") == (1280, 800)
+    assert profile.camera.max_skew_s == 0.045
+    assert profile.camera.may_hold_calibration
+    assert profile.pitch_mm == 37.5
+    assert [(view.x_steps, view.y_steps) for view in profile.views] == [(0, 0), (-1, 0), (1, 0)]
+    assert profile.slopes.range_mm == (400.0, 4000.0)
+
+
+def test_an_oak_of_four_is_a_board_whose_places_must_be_measured():
+    recipe = recipe_for("b", [found("oak", "18443010")], camera=None, views=4, stage=None)
+    profile = parse_profile(tomllib.loads(profile_text(recipe)), source="new")
+    assert isinstance(profile.camera, OakCameraConfig)
+    assert list(profile.camera.sockets.values()) == ["CAM_A", "CAM_B", "CAM_C", "CAM_D"]
+    assert profile.slopes.range_px == (41.0, 192.0)
 
 
 def test_cameras_that_are_too_many_are_named_in_a_comment():

@@ -125,5 +125,6 @@ def test_a_sweep_is_told_from_its_plan_to_its_curve(
 
 
 def test_without_the_option_nobody_watches():
-    with sweep_page(None, print) as watcher:
-        assert watcher is None
+    with sweep_page(None, print) as shown:
+        assert shown.watcher is None
+        assert shown.bystander is None

@@ -5,11 +5,11 @@ from itertools import pairwise
 import cv2
 import numpy as np
 import pytest
+from rig_drivers.jpeg.grey import JpegDamageError, ShiftedPictureError, grey_of_jpeg
+from rig_drivers.jpeg.header import code_table, read_header
+from rig_drivers.jpeg.scan import walk_scan
+from rig_drivers.jpeg.seams import shifted_from
 from rig_drivers.v4l2.camera import V4l2Camera
-from rig_drivers.v4l2.jpeg import JpegDamageError, ShiftedPictureError, grey_of_jpeg
-from rig_drivers.v4l2.jpeg_header import code_table, read_header
-from rig_drivers.v4l2.jpeg_scan import walk_scan
-from rig_drivers.v4l2.jpeg_seams import shifted_from
 from rig_sim.clock import VirtualClock
 
 from benchmarks.mjpg import KINDS, campaign, coded, scene

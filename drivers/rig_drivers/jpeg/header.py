@@ -26,6 +26,10 @@ class JpegDamageError(ValueError):
     """The bytes are no undamaged JPEG picture."""
 
 
+class ForeignJpegError(JpegDamageError):
+    """A picture that no camera sends, but perhaps a whole one."""
+
+
 @dataclass(frozen=True, slots=True)
 class Component:
     """One colour component of the frame."""
@@ -95,7 +99,7 @@ class _Tables:
                 raise JpegDamageError("restart interval of the wrong length")
             self.restart = int.from_bytes(body)
         elif marker in _OTHER_FRAMES:
-            raise JpegDamageError(f"frame type {marker:#x} is none that cameras send")
+            raise ForeignJpegError(f"frame type {marker:#x} is none that cameras send")
         elif marker < 0xE0 and marker != 0xDC:
             raise JpegDamageError(f"marker {marker:#x} before the scan")
 
@@ -139,8 +143,10 @@ def _marker(content: bytes, at: int) -> tuple[int, int]:
 
 
 def _frame(body: bytes) -> tuple[int, int, tuple[Component, ...]]:
-    if len(body) < 6 or len(body) != 6 + 3 * body[5] or body[0] != 8 or body[5] not in (1, 3):
-        raise JpegDamageError("no frame of 8 bits with one or three components")
+    if len(body) < 6 or len(body) != 6 + 3 * body[5]:
+        raise JpegDamageError("a frame is cut off")
+    if body[0] != 8 or body[5] not in (1, 3):
+        raise ForeignJpegError("no frame of 8 bits with one or three components")
     height_px, width_px = int.from_bytes(body[1:3]), int.from_bytes(body[3:5])
     components = tuple(
         Component(body[at], body[at + 1] >> 4, body[at + 1] & 15, body[at + 2])
@@ -191,7 +197,7 @@ def _header(tables: _Tables, body: bytes, scan_at: int) -> JpegHeader:
     width_px, height_px, components = tables.frame
     count = len(components)
     if len(body) != 4 + 2 * count or body[0] != count or body[-3:] != b"\0\x3f\0":
-        raise JpegDamageError("no scan of all components")
+        raise ForeignJpegError("no scan of all components")
     quantisation = np.empty((count, 64), np.int64)
     codes = np.empty((count, 2, 1 << 16), np.uint16)
     for place, component in enumerate(components):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.compute.kernel import kernel
-from rig_drivers.v4l2.jpeg_header import JpegDamageError, JpegHeader
+from rig_drivers.jpeg.header import JpegDamageError, JpegHeader
 
 _COMPLETE: Final = 0
 _NO_CODE: Final = 1
@@ -52,7 +52,7 @@ _REASONS: Final = {
 }
 
 
-def walk_scan(content: NDArray[np.uint8], header: JpegHeader) -> int:
+def walk_scan(content: NDArray[np.uint8], header: JpegHeader, *, is_of_camera: bool = True) -> int:
     """Walk over all coded pixels.
 
     Padding behind the last pixel (bytes that are all 0x00 or all 0xFF) and whatever follows the
@@ -61,6 +61,7 @@ def walk_scan(content: NDArray[np.uint8], header: JpegHeader) -> int:
     Args:
         content: the picture from its start mark on, (n,).
         header: of this picture.
+        is_of_camera: whether no pixel can lie beyond 8 bits by more than rounding.
 
     Returns:
         Where the coded pixels end in `content`.
@@ -78,6 +79,8 @@ def walk_scan(content: NDArray[np.uint8], header: JpegHeader) -> int:
     steps = header.quantisation
     roughest = (1024.0 + 0.5 * np.sqrt((steps.astype(np.float64) ** 2).sum(axis=1))) ** 2
     beyond = _BEYOND * np.sqrt((steps.astype(np.float64) ** 2).sum(axis=1) / 12.0) / 8.0 + 2.0
+    if not is_of_camera:
+        beyond = np.full_like(beyond, np.inf)
     verdict, end = _unstuff(content, header.scan_at, plain, ends)
     if verdict == _COMPLETE:
         verdict = _walk(

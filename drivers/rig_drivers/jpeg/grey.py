@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.frames import GreyImage
-from rig_drivers.v4l2.jpeg_header import JpegDamageError, read_header
-from rig_drivers.v4l2.jpeg_scan import walk_scan
-from rig_drivers.v4l2.jpeg_seams import shifted_from
+from rig_drivers.jpeg.header import JpegDamageError, read_header
+from rig_drivers.jpeg.scan import walk_scan
+from rig_drivers.jpeg.seams import shifted_from
 
 __all__ = ["JpegDamageError", "ShiftedPictureError", "grey_of_jpeg"]
 
