@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from benchmarks import killed_scan
 from benchmarks.program import Ended, run_program
 from rig.database import Store, open_store
 from rig.database.location import Location, locate
@@ -254,6 +255,32 @@ class CaptureTrial(Trial):
         return faults
 
 
+class ScanTrial(Trial):
+    """`rig capture` with a camera on a slider, gone on with by `--resume`."""
+
+    verb = "scan"
+
+    def prepare(self, folder: Path) -> None:
+        """See `Trial.prepare`: it begins with nothing."""
+
+    def words(self, folder: Path) -> list[str]:
+        """See `Trial.words`."""
+        return killed_scan.scan_words(folder)
+
+    def words_again(self, folder: Path) -> list[str]:
+        """See `Trial.words_again`; `lost` has gone on already, a complete scan is given again."""
+        return killed_scan.scan_words(folder, "--resume")
+
+    def result(self, folder: Path) -> object:
+        """The views that were taken, and the slopes of the light field."""
+        (frame,) = read_capture(folder / "maps")
+        return killed_scan.views_of(folder), bool((frame.label > 0).any())
+
+    def lost(self, folder: Path, ended: Ended) -> list[str]:
+        """See `Trial.lost`."""
+        return killed_scan.lost_in(folder, ended)
+
+
 class BackupTrial(Trial):
     """`rig store backup`, into a folder with an older one."""
 
@@ -340,5 +367,13 @@ def _empty(server: str) -> None:
 
 VERBS: dict[str, Callable[[str | None], Trial]] = {
     trial.verb: trial
-    for trial in (SweepTrial, FitTrial, CalibrateTrial, CaptureTrial, BackupTrial, MigrateTrial)
+    for trial in (
+        SweepTrial,
+        FitTrial,
+        CalibrateTrial,
+        CaptureTrial,
+        ScanTrial,
+        BackupTrial,
+        MigrateTrial,
+    )
 }

@@ -184,6 +184,13 @@ def stored_rig(store: "Store", calibration_id: int) -> CalibratedRig:
         StoreError: there is no such calibration.
     """
     stored = store.calibration(calibration_id)
+    if LENSLETS in stored.geometry:
+        raise ConfigError(
+            f"asked for the cameras of calibration {stored.id}, it is one of lenslets: their views "
+            "are pinholes of one lens, at the places that the profile gives",
+            advice=f"rig export SWEEP --format csv gives what a sweep of {stored.rig} measured, "
+            "rig export FOLDER the depth of a capture",
+        )
     return CalibratedRig(stored_profile(stored), geometry_from_json(stored.geometry))
 
 

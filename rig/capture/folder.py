@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from rig.capture.picture import write_picture
+from rig.capture.virtual_depth import virtual_depth_of
 from rig.depth import (
     write_bytes,
     write_depth_png,
@@ -15,7 +16,7 @@ from rig.depth import (
 from rig.errors import StoreError
 from rig.files import no_link
 from rig.folder_lock import FolderLock
-from rig.live.captured import CAMERA, FACTS
+from rig.live.captured import CAMERA, FACTS, VIRTUAL_DEPTH
 from rig.live.frame import DepthFrame
 from rig.stored import Run
 
@@ -52,6 +53,7 @@ class CaptureFolder:
             content = json.dumps(made, indent=2, ensure_ascii=False)
             write_bytes(folder / RUN, f"{content}\n".encode())
         self._run = run
+        self._virtual_depth = virtual_depth_of(run.profile)
         self._has_camera = False
         self._last: DepthFrame | None = None
 
@@ -65,6 +67,9 @@ class CaptureFolder:
         number = f"{frame.index:05d}"
         slopes = frame.slopes
         write_pfm(self.folder / f"slope_{number}.pfm", slopes.slope_px)
+        if self._virtual_depth is not None:
+            virtual = self._virtual_depth(slopes.slope_px)
+            write_pfm(self.folder / f"{VIRTUAL_DEPTH}_{number}.pfm", virtual)
         write_label_png(self.folder / f"label_{number}.png", slopes.label)
         write_picture_png(self.folder / f"image_{number}.png", frame.image)
         if frame.colour is not None:

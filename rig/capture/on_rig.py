@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rig.capture.capture import CaptureRequest, CaptureSummary, capture_depth
 from rig.capture.output import WantedOutput
-from rig.capture.scans import require_scan, scans_of
+from rig.capture.scans import owned_scans, require_scan, scans_of
 from rig.database import open_store
 from rig.live.opening import depth_camera
 from rig.profile import Profile
@@ -41,6 +41,7 @@ def capture_on_rig(
         ConfigError: the calibration does not fit the rig.
         CurveError: the curve does not fit the rig, or its rows miss otherwise than then.
         DeviceError: the camera failed; what was written before is kept.
+        OwnedError: another program scans with this rig.
         StoreError: no such calibration or curve, or folder or recording cannot be written.
     """
     require_scan(profile, request)
@@ -50,7 +51,8 @@ def capture_on_rig(
             request = replace(request, folder=new_folder(store, "captures", profile.name))
         kept = request.folder or new_folder(store, "captures", profile.name)
         request = replace(request, outputs=(*request.outputs, *more(request, kept)))
-        with depth_camera(run, scans_of(store, run.profile, request)) as camera:
+        scans = scans_of(store, run.profile, request)
+        with owned_scans(store, profile.name, scans), depth_camera(run, scans) as camera:
             for notice in camera.run.notices:
                 tell(notice)
             summary = capture_depth(camera, request, progress, tell)

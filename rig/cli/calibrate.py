@@ -2,7 +2,7 @@
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,6 +14,9 @@ from rig.cli.options import AsJson, DatabaseUrl, Note, Overrides, ProfileName, T
 from rig.cli.output import show, show_json, tell
 from rig.cli.page_options import View, ViewHost, ViewPort, calibrate_page, page_request
 from rig.cli.words import calibration_numbers
+
+if TYPE_CHECKING:
+    from rig.calibrate.conclude import CalibrationResult
 
 
 class LensChoice(StrEnum):
@@ -192,6 +195,13 @@ def calibrate(
         ):
             operator = Operator(interrupts, progress.report, tell, watch)
             result = run_calibration(request, store, operator)
+    _conclude(result, profile_name, one_camera=len(profile.views) == 1, as_json=as_json)
+
+
+def _conclude(
+    result: "CalibrationResult", profile_name: str, *, one_camera: bool, as_json: bool
+) -> None:
+    """Print the result and the next verb; exit code 3 says that it is weak."""
     if as_json:
         show_json(calibration_as_dict(result))
     else:
@@ -200,11 +210,11 @@ def calibrate(
     if not result.calibration.verdict.good:
         tell(
             "rig: weak calibration"
-            if len(profile.views) == 1
+            if one_camera
             else f"rig: weak calibration; sweeps and captures take it only on purpose: "
             f"--calibration {result.calibration_id}"
         )
         tell_next("calibrate, weak", as_json=as_json, profile=profile_name)
         raise typer.Exit(3)
-    after = "calibrate, one camera" if len(profile.views) == 1 else "calibrate"
+    after = "calibrate, one camera" if one_camera else "calibrate"
     tell_next(after, as_json=as_json, profile=profile_name, calibration=result.calibration_id)

@@ -8,6 +8,7 @@ import numpy as np
 from rig.calibration_alone import curve_alone
 from rig.errors import CurveError
 from rig.measurement import Measurement
+from rig.optics.calibrated import CalibratedOptics
 from rig.records import Sample, SampleKey
 from rig.stored import Run, RunCurve
 
@@ -44,7 +45,7 @@ def compare_curves(
         From near to far; nothing where the sweep was measured without a calibration, or where that
         calibration alone knows no depth.
     """
-    if run.calibration is None:
+    if not isinstance(run.optics, CalibratedOptics) or run.calibration is None:
         return ()
     try:
         alone = curve_alone(run).curve

@@ -16,6 +16,7 @@ from rig.epipolar.in_turn import broad_drift, handed_on, known_rivals, pooled_in
 from rig.epipolar.line import LineFits
 from rig.epipolar.median import guided_median, near_jumps
 from rig.epipolar.mending.usable import seen_views
+from rig.epipolar.noise.local import reply_share
 from rig.epipolar.noise.model import CrossNoise, NoiseModel
 from rig.epipolar.occlusion import hidden_points
 from rig.epipolar.placement.fit import find_placement
@@ -165,7 +166,7 @@ def _estimate(
         refine, images, splines, covered=covered, cameras=cameras, scales=scales, drift=drift,
         is_thin=is_thin,
     )  # fmt: skip
-    lines, (stitched, variance) = _stepped(step, sided, ready, window)
+    lines, (stitched, variance), start_labels = _stepped(step, sided, ready, window)
     slope = window.hold(_within_reach(sided, stitched, ready))
     warnings, placement = ready.warnings, None
     if ready.effort is not Effort.FOLLOWED and not trust_places:
@@ -193,7 +194,7 @@ def _estimate(
     if drift_variance is not None:
         drift_variance = variance_of_slopes(drift_variance, grey, placed_cameras)
     misfit_px = _FROM_ROWS * mending.rows.scatter_px
-    start_px, coarse_texture = _START_LABELS * LABEL_SHIFT_PX, None
+    start_px, coarse_texture = start_labels * LABEL_SHIFT_PX, None
     if is_one_sided(placed_cameras):
         # What two views miss each other by, neighbours share, and no third one tells.
         misfit_px, start_px = float(np.hypot(misfit_px, cross.misfit_px)), PAIR_ERROR_PX
@@ -236,18 +237,22 @@ def _stepped(
     slope_px: NDArray[np.float32],
     ready: Ready,
     window: Window,
-) -> tuple[LineFits, Stitched]:
+) -> tuple[LineFits, Stitched, float]:
     """Step from the slopes (H, W) of a search, or of the last frame, to the lines.
 
     One step keeps a part of the search's error, which follows the place between the pixels. Where
     the slopes of a picture take its views to all such places, that averages out; where they do not,
     as between the views of one lens, all pixels share it, and there is a second step.
+
+    Also returns the error of what the last step began with, in labels, 1 sigma.
     """
     is_searched = ready.effort is Effort.FULL or ready.is_told
     lines, stitched = step(slope_px=slope_px, found=NEAR if is_searched else None)
     if is_searched and (ready.is_told or _is_one_place(stitched[0], ready.cameras)):
-        return step(slope_px=window.hold(_within_reach(slope_px, stitched[0], ready)))
-    return lines, stitched
+        left = _START_LABELS * (1.0 - reply_share(lines, ready.scales))
+        begun = window.hold(_within_reach(slope_px, stitched[0], ready))
+        return *step(slope_px=begun), left
+    return lines, stitched, _START_LABELS
 
 
 def _is_one_place(slope_px: NDArray[np.float32], cameras: Cameras) -> bool:

@@ -44,7 +44,11 @@ def arrays_of(frame: CapturedFrame) -> dict[str, Any]:
         arrays |= {"depth_mm": frame.depth_mm, "sigma_mm": frame.sigma_mm}
     else:
         arrays["sigma_px"] = frame.sigma_px
-    pictures = {"image": frame.image, "colour": frame.colour}
+    pictures = {
+        "image": frame.image,
+        "colour": frame.colour,
+        "virtual_depth": frame.virtual_depth,
+    }
     arrays |= {name: pixels for name, pixels in pictures.items() if pixels is not None}
     if frame.pinhole is not None:
         arrays["camera_matrix"] = frame.pinhole.matrix

@@ -14,15 +14,19 @@ from numpy.typing import NDArray
 
 from rig.export.frame_export import FrameExport, times_of
 from rig.files import write_bytes
-from rig.live.captured import CapturedFrame
+from rig.live.captured import VIRTUAL_DEPTH, CapturedFrame
 
 _ASCII, _SHORT, _LONG = 2, 3, 4
 _HEADER_BYTES, _ENTRY_BYTES = 8, 12
+_VIRTUAL_UNIT = "distances from lenslets to sensor"
 _DEPTH_FROM = "along +z of the reference camera, from its optical centre"
 
 
 class TiffExport(FrameExport):
-    """Writes `depth_NNNNN.tiff` and `sigma_NNNNN.tiff`, mm; slopes where there is no depth."""
+    """Writes `depth_NNNNN.tiff` and `sigma_NNNNN.tiff`, mm; slopes where there is no depth.
+
+    Of a lenslet camera also `virtual_depth_NNNNN.tiff`.
+    """
 
     __slots__ = ()
     format: ClassVar[str] = "tiff"
@@ -33,7 +37,11 @@ class TiffExport(FrameExport):
             maps, unit = {"depth": frame.depth_mm, "sigma": frame.sigma_mm}, "mm"
         else:
             maps, unit = {"slope": frame.slope_px, "sigma": frame.sigma_px}, "px per view step"
-        for kind, values in maps.items():
+        maps = {kind: (values, unit) for kind, values in maps.items()}
+        virtual = frame.virtual_depth
+        if virtual is not None:
+            maps[VIRTUAL_DEPTH] = virtual, _VIRTUAL_UNIT
+        for kind, (values, unit) in maps.items():
             told = {"map": kind, "unit": unit, **times_of(frame)}
             if kind == "depth":
                 told["from"] = _DEPTH_FROM

@@ -21,6 +21,7 @@ from rig.recording import recorded
 
 FACTS = "frames.jsonl"
 CAMERA = "camera.json"
+VIRTUAL_DEPTH = "virtual_depth"
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +102,19 @@ class CapturedFrame:
             StoreError: it is a recording, or there is no such file.
         """
         return read_pfm(self._map("slope", "pfm"))
+
+    @property
+    def virtual_depth(self) -> NDArray[np.float32] | None:
+        """(H, W) distance of the image behind the main lens from the lenslets.
+
+        In units of the lenslets' distance from the sensor: 0 at the focus distance, positive where
+        the slope is, NaN where there is none. None where no lenslet camera gave the frame.
+
+        Raises:
+            StoreError: it is a recording, or the file is no map.
+        """
+        path = self._map(VIRTUAL_DEPTH, "pfm")
+        return read_pfm(path) if path.is_file() else None
 
     @property
     def label(self) -> NDArray[np.uint8]:

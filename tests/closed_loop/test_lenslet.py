@@ -1,12 +1,15 @@
 """A simulated lenslet camera, from its white picture to a curve and to depth."""
 
 import json
+import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from rig.cli.verbs import app
+from rig.live.captured import read_capture
 
 pytestmark = pytest.mark.slow
 
@@ -35,3 +38,9 @@ def test_a_lenslet_camera_is_calibrated_swept_and_gives_depth(tmp_path: Path):
     )
     assert taken["frames"] == 1
     assert taken["valid_pct"] > 20.0
+    (frame,) = read_capture(tmp_path / "out")
+    virtual = frame.virtual_depth
+    assert virtual is not None
+    # Of a hexagonal lattice of 10.03 px, 1.5 px per view step.
+    per_slope = np.nanmedian(virtual / frame.slope_px)
+    assert per_slope == pytest.approx(math.sqrt(0.75) * 10.03 / 1.5, rel=1e-3)

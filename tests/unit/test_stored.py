@@ -17,7 +17,15 @@ from rig.geometry.rig_geometry_json import geometry_to_json
 from rig.optics.calibrated import CalibratedOptics
 from rig.optics.nominal import NominalOptics
 from rig.profile import Profile
-from rig.stored import curve_choice, find_curve, new_folder, open_run, run_of_sweep, stored_rig
+from rig.stored import (
+    LENSLETS,
+    curve_choice,
+    find_curve,
+    new_folder,
+    open_run,
+    run_of_sweep,
+    stored_rig,
+)
 from tests.support.cameras import SmallRig
 from tests.support.command import Command
 from tests.support.geometry import true_geometry
@@ -218,6 +226,17 @@ def test_a_run_has_the_calibration_asked_for_and_a_curve_of_another_one_is_refus
         assert run_of_sweep(store, sweep).optics.calibration_id is None
         assert run_of_sweep(store, sweep, str(number)).optics.calibration_id == number
         assert stored_rig(store, number).geometry.names == run.optics.rectification.geometry.names
+
+
+def test_cameras_of_a_calibration_of_lenslets_are_told_to_be_elsewhere(tmp_path: Path):
+    store, _ = stored_sweep(tmp_path)
+    with store:
+        number = store.save_calibration(
+            rig="box", geometry={LENSLETS: {}}, quality={}, profile={}, versions={}, devices={},
+            temperature_degc=None, image_size_px=(220, 150), active=True,
+        )  # fmt: skip
+        with pytest.raises(ConfigError, match=r"it is one of lenslets.*sweep of box measured"):
+            stored_rig(store, number)
 
 
 def test_a_rig_whose_curve_missed_a_gate_has_none_by_itself(tmp_path: Path):

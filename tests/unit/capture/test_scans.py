@@ -7,9 +7,9 @@ import pytest
 
 from rig.capture.capture import CaptureRequest
 from rig.capture.on_rig import capture_on_rig
-from rig.capture.scans import require_scan, scans_of
+from rig.capture.scans import owned_scans, require_scan, scans_of
 from rig.database import open_store
-from rig.errors import OptionError
+from rig.errors import OptionError, OwnedError, StoreError
 from rig.profile.load import load_profile
 from rig.stored import RunChoice
 from tests.support.small_scan import SMALL_SCAN
@@ -56,3 +56,31 @@ def test_takes_are_kept_beside_the_frames(tmp_path: Path):
         assert found.resume
         assert found.file_mode == store.modes.file
         assert scans_of(store, load_profile("sim"), ONE) is None
+
+
+def test_one_program_at_a_time_scans_with_a_rig(tmp_path: Path):
+    rig = load_profile("sim-scan", (*SMALL_SCAN, *SLOPES))
+    choice = RunChoice(sqlite_url(tmp_path), calibration="none", curve="none")
+    with open_store(sqlite_url(tmp_path)) as store:
+        scans = scans_of(store, rig, ONE)
+        with (
+            owned_scans(store, rig.name, scans),
+            pytest.raises(OwnedError, match=r"asked to scan with sim-scan, it belongs to process"),
+        ):
+            capture_on_rig(rig, choice, ONE, lambda *_: None, lambda _: None)
+        assert store.owners() == {}
+        with owned_scans(store, rig.name, scans):
+            assert set(store.owners()) == {"scan sim-scan"}
+        with owned_scans(store, "sim", None):
+            assert store.owners() == {}
+
+
+def test_a_folder_of_takes_that_cannot_be_made_is_told(tmp_path: Path):
+    (tmp_path / "scans").write_text("a file")
+    with open_store(sqlite_url(tmp_path)) as store:
+        scans = scans_of(store, load_profile("sim-scan"), ONE)
+        with (
+            pytest.raises(StoreError, match=r"takes of a scan cannot be kept there: .*directory"),
+            owned_scans(store, "sim-scan", scans),
+        ):
+            raise AssertionError

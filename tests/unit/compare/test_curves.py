@@ -74,6 +74,8 @@ def test_there_is_nothing_beside_a_sweep_without_a_calibration_that_knows_depth(
     measurements = {samples[0].key: measured(900.0)}
     bare = Run(SMALL.profile, nominal_optics(SMALL.profile))
     assert compare_curves(bare, swept(), samples, measurements) == ()
+    of_lenslets = replace(bare, calibration=STORED)
+    assert compare_curves(of_lenslets, swept(), samples, measurements) == ()
     strict = SMALL.profile.model_copy(
         update={"quality": SMALL.profile.quality.model_copy(update={"depth_sigma_pct": 1e-6})}
     )

@@ -1,6 +1,7 @@
 """The frames of a capture in other programs' formats, read back by readers that are not ours."""
 
 import json
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rig.capture.capture import CaptureRequest, capture_depth
-from rig.depth import write_picture_png
+from rig.depth import write_pfm, write_picture_png
 from rig.errors import ConfigError, StoreError
 from rig.export.formats import capture_formats
 from rig.export.frame_choice import FrameChoice
@@ -77,6 +78,25 @@ def test_npz_holds_every_map_with_both_times(
         assert json.loads(str(archive["facts"])) == frame.facts
         assert "colour" not in archive
         assert "sigma_px" not in archive
+
+
+def test_virtual_depth_of_a_lenslet_camera_goes_along(rig: Command, slopes: Path, tmp_path: Path):
+    box, out = tmp_path / "box", tmp_path / "out"
+    shutil.copytree(slopes, box)
+    (frame,) = read_capture(box)
+    assert frame.virtual_depth is None
+    write_pfm(box / "virtual_depth_00000.pfm", 2.5 * frame.slope_px)
+
+    exported(rig, box, "npz", out)
+    exported(rig, box, "tiff", out)
+
+    with np.load(out / "frame_00000.npz") as archive:
+        virtual = archive["virtual_depth"]
+    assert np.array_equal(virtual, 2.5 * frame.slope_px, equal_nan=True)
+    read = cv2.imread(str(out / "virtual_depth_00000.tiff"), cv2.IMREAD_UNCHANGED)
+    assert np.array_equal(read, virtual, equal_nan=True)
+    said = (out / "virtual_depth_00000.tiff").read_bytes()
+    assert b'"unit": "distances from lenslets to sensor"' in said
 
 
 def test_the_picture_of_a_capture_is_that_of_its_frames(frame: CapturedFrame):

@@ -1,0 +1,61 @@
+"""A scan of `benchmarks.kills`: one camera on a slider, killed on its way from view to view."""
+
+import json
+from pathlib import Path
+
+from benchmarks.program import Ended, run_program
+from tests.support.small_scan import SMALL_SCAN
+from tests.support.small_sim import as_options
+from tests.support.stores import sqlite_url
+
+ROW = ("camera.row.at_mm=[-20.0, -9.0, 0.0, 12.5]", "quality.valid_share_pct=0.0")
+STILL = ("world.lamp.drift_pct_per_min=0.0", "world.sensor.read_noise_levels=0.0",
+         "world.sensor.electrons_per_level=1e12")  # fmt: skip
+
+
+def scan_words(folder: Path, *more: str) -> list[str]:
+    """Return a small scan into a folder, from its beginning unless `more` says otherwise."""
+    rig = ("capture", "sim-scan", *as_options((*SMALL_SCAN, *ROW, *STILL)), "--frames", "1")
+    kept = ("--out", str(folder / "maps"), "--db", sqlite_url(folder))
+    return [*rig, *more, "--slopes-only", "--calibration", "none", *kept]
+
+
+def begun_scans(folder: Path) -> list[Path]:
+    """Return the folders of all scans that have a plan."""
+    return sorted(file.parent for file in (folder / "scans").glob("*/*/plan.json"))
+
+
+def takes(folder: Path) -> dict[str, bytes]:
+    """Return the content of every take that counts, picture and line."""
+    found: dict[str, bytes] = {}
+    for line in sorted((folder / "scans").glob("*/*/take_*.json")):
+        for file in (line, line.with_suffix(".png")):
+            found[str(file.relative_to(folder))] = file.read_bytes() if file.exists() else b""
+    return found
+
+
+def lost_in(folder: Path, ended: Ended) -> list[str]:
+    """Go on with a scan that was killed, and look whether every take is still what it was.
+
+    A kill may come before the scan has a plan: then there is nothing to resume.
+    """
+    if ended.code == 0:
+        return []
+    before = takes(folder)
+    more = ("--resume",) if begun_scans(folder) else ()
+    again = run_program(scan_words(folder, *more), folder)
+    after = takes(folder)
+    faults = [
+        f"{name} is lost, or another one now" for name in before if after.get(name) != before[name]
+    ]
+    if again.code != 0:
+        faults.append(f"it does not go on: {again.code}, {again.err[-400:]!r}")
+    if len(begun_scans(folder)) != 1:
+        faults.append(f"{len(begun_scans(folder))} scans were begun")
+    return faults
+
+
+def views_of(folder: Path) -> list[str]:
+    """Return the names of the views that were taken."""
+    lines = [json.loads(text) for name, text in takes(folder).items() if name.endswith("json")]
+    return sorted({line["view"] for line in lines})
