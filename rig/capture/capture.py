@@ -12,6 +12,7 @@ from rig.capture.output import WantedOutput
 from rig.capture.output_thread import OutputSummary
 from rig.capture.outputs import Outputs, open_outputs
 from rig.capture.recording import RECORDINGS
+from rig.capture.rows_offer import RowsOffer
 from rig.capture.spread import Spread
 from rig.capture.tally import CaptureTally, in_words
 from rig.database import software_versions, this_program
@@ -122,7 +123,7 @@ def capture_depth(
         request: how long, and where depth goes.
         progress: told of every measured multi-view.
         tell: told of an output that fails; the capture goes on with the others, and the summary
-            has the error.
+            has the error. Also told once where rows do not meet.
 
     Raises:
         CurveError: rows miss otherwise than when the curve was made.
@@ -130,6 +131,7 @@ def capture_depth(
         RigError: an output cannot be opened.
     """
     run, tally = camera.run, CaptureTally()
+    offer = RowsOffer(run.profile, tell)
     is_interrupted = False
     begun_s, waited_before_s = time.monotonic(), camera.waited_s
     took_s = 0.0
@@ -141,6 +143,7 @@ def capture_depth(
                 for frame in _until(frames, request, begun_s):
                     with interrupts.deferred():
                         tally.add(frame)
+                        offer.look(frame)
                         outputs.offer(frame)
                         progress(tally.frames, in_words(frame))
                     if not outputs.take_frames:
