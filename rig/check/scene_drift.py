@@ -4,83 +4,25 @@ Rows tell pitch and roll of a view. How far views have turned towards each other
 and depth hangs on that: its change is an interval.
 """
 
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from rig.arrays import Float
-from rig.check.items import Item, Status, failed, graded
-from rig.database import Store, open_store
-from rig.devices import Camera, Clock
+from rig.check.items import Item, Status, graded
 from rig.epipolar.scene.drift import SceneDrift, look, scene_drift
-from rig.errors import RigError
-from rig.frames import MultiView, Pictures
+from rig.frames import Pictures
 from rig.geometry.rig_geometry_json import geometry_from_json
-from rig.hardware.opening import open_camera
 from rig.optics.prior import PRIOR_SIGMAS, UNKNOWN_SOURCE, prior_covariance
 from rig.profile import Profile
 from rig.records import StoredCalibration
-from rig.stored import LENSLETS, RunChoice, open_run
-from rig.unit import unit_of
 
 CHANCE = 1e-4
 """Probability below which rows that lie elsewhere are no chance: one check in ten thousand."""
-_LOOKS, _EVERY_S = 6, 1.0
-"""Multi-views of the scene, within some five seconds."""
 _MUCH_PX = 0.3
 """Rows that moved by more cost slopes more than their search forgives."""
 _VAGUE_PCT = 2.0
 """Half an interval of the depth error that says nothing."""
-
-
-def check_scene(profile: Profile, choice: RunChoice) -> Generator[Item]:
-    """Look at whatever is before the cameras, compare it with the calibration, and keep the answer.
-
-    Args:
-        profile: the rig.
-        choice: which calibration.
-
-    Raises:
-        ConfigError: the calibration does not fit the rig.
-        StoreError: there is no such calibration as was asked for.
-    """
-    with open_store(choice.database, absent="empty") as store:
-        run = open_run(store, profile, choice.calibration, "none")
-        stored = run.calibration
-        if stored is None or LENSLETS in stored.geometry:
-            found = "nothing to compare with: this rig has no stored geometric calibration"
-            yield Item("scene", "skip", found, f"rig calibrate {profile.name}")
-            return
-        try:
-            with open_camera(profile) as (camera, clock):
-                yield _look(profile, stored, store, camera, clock)
-        except RigError as error:
-            yield failed("scene", error)
-
-
-def _look(
-    profile: Profile, stored: StoredCalibration, store: Store, camera: Camera, clock: Clock
-) -> Item:
-    multiviews = list(_looks(profile, camera, clock))
-    full_scale = multiviews[0].frames[0].full_scale
-    drift = drift_since(stored, profile, [one.images for one in multiviews], full_scale)
-    temperature_degc = multiviews[-1].temperature_degc
-    store.save_drift(
-        stored.id,
-        rig=profile.name,
-        details=drift_details(drift, profile),
-        temperature_degc=temperature_degc,
-        unit=unit_of(profile, camera.identity),
-    )
-    return judge_scene_drift(drift, profile, stored, temperature_degc)
-
-
-def _looks(profile: Profile, camera: Camera, clock: Clock) -> Generator[MultiView]:
-    """Some multi-views of one scene; of a stored camera one, the next may show another."""
-    for number in range(1 if profile.camera.is_stored else _LOOKS):
-        if number:
-            clock.sleep_s(_EVERY_S)
-        yield camera.grab(profile.camera.timeout_s)
 
 
 def drift_since(
@@ -115,7 +57,11 @@ def drift_details(drift: SceneDrift, profile: Profile) -> dict[str, object]:
 
 
 def judge_scene_drift(
-    drift: SceneDrift, profile: Profile, stored: StoredCalibration, temperature_degc: float | None
+    drift: SceneDrift,
+    profile: Profile,
+    stored: StoredCalibration,
+    temperature_degc: float | None,
+    chance: float = CHANCE,
 ) -> Item:
     """Judge by chance first, then by how far rows have moved.
 
@@ -124,6 +70,7 @@ def judge_scene_drift(
         profile: the rig.
         stored: the calibration that it was compared with.
         temperature_degc: of the camera now, where it is known.
+        chance: probability below which it is no chance.
     """
     since = f"calibration {stored.id} of {stored.created_at:%Y-%m-%d}"
     then = stored.temperature_degc
@@ -133,7 +80,7 @@ def judge_scene_drift(
         else f"; {temperature_degc - then:+.1f} degC since then"
     )
     numbers = {**drift_details(drift, profile), "temperature_degc": temperature_degc}
-    if drift.probability >= CHANCE:
+    if drift.probability >= chance:
         found = (
             f"nothing has turned since {since} that rows tell (probability "
             f"{drift.probability:.2g}, {drift.features} features): {_sigmas(drift, profile)}; a "

@@ -45,7 +45,7 @@ def check(
     """
     from rig.check.check import check_on_rig
     from rig.check.items import worst
-    from rig.check.scene_drift import check_scene
+    from rig.check.scene_look import check_scene
     from rig.profile.load import load_profile
     from rig.stored import RunChoice
 

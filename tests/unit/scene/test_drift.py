@@ -15,7 +15,8 @@ from tests.support.scene_features import features_of, row_of
 
 RIG = row_of((0.3, -0.2, 0.4))
 SURE = np.diag(
-    np.array([*2 * [0.05, 0.05, 2e-3, 2e-3], *3 * [np.radians(3e-4)], *3 * [0.003]], np.float64) ** 2
+    np.array([*2 * [0.05, 0.05, 2e-3, 2e-3], *3 * [np.radians(3e-4)], *3 * [0.003]], np.float64)
+    ** 2
 )
 
 
