@@ -166,6 +166,23 @@ class StoredCalibration:
 
 
 @dataclass(frozen=True, slots=True)
+class StoredDrift:
+    """What one scene told of the cameras of a rig since its calibration."""
+
+    id: int
+    rig: str
+    calibration_id: int
+    measured_at: datetime
+    """UTC."""
+    temperature_degc: float | None
+    """Of the camera, where it reports one."""
+    details: Json
+    """Turns of the views, how sure they are, and what they mean for depth."""
+    unit: str = ""
+    """Which of the rigs of this name; empty where nobody knows."""
+
+
+@dataclass(frozen=True, slots=True)
 class HistoryRow:
     """One line of `rig history`."""
 
@@ -218,3 +235,4 @@ class History:
     sweeps: tuple[HistoryRow, ...]
     calibrations: tuple[StoredCalibration, ...]
     damaged: tuple[DamagedRow, ...]
+    drifts: tuple[StoredDrift, ...] = ()

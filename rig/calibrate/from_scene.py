@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from rig.database import Store, software_versions, this_program
 from rig.devices import Camera, Clock
 from rig.epipolar.scene.found import FoundGeometry, LensTerms, find_geometry
 from rig.epipolar.scene.verdict import judge_scene, rows_sigma_of
-from rig.errors import ConfigError
+from rig.errors import ConfigError, StoreError
 from rig.frames import MultiView
 from rig.geometry.bundle.depth_error import depth_errors
 from rig.geometry.bundle.result import DepthError, Verdict
@@ -110,8 +111,10 @@ def calibrate_from_scene(request: SceneRequest, store: Store, operator: Operator
             )
             taken = _Taken(pictures[-1].multiview, dict(camera.identity), len(pictures))
             return _stored(request, store, album, found, start, taken)
-    finally:
-        album.discard_if_empty()
+    except BaseException:
+        with suppress(StoreError):  # where the disk is gone the first error is the one
+            album.discard_if_empty()
+        raise
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,10 +12,12 @@ from rig.capture.output import WantedOutput
 from rig.capture.output_thread import OutputSummary
 from rig.capture.outputs import Outputs, open_outputs
 from rig.capture.recording import RECORDINGS
+from rig.capture.rows_offer import RowsOffer
 from rig.capture.spread import Spread
 from rig.capture.tally import CaptureTally, in_words
 from rig.database import software_versions, this_program
 from rig.errors import RigError
+from rig.frames import MultiView
 from rig.interrupts import Interrupts
 from rig.live.camera import DepthCamera
 from rig.live.frame import DepthFrame
@@ -113,7 +115,11 @@ class CaptureSummary:
 
 
 def capture_depth(
-    camera: DepthCamera, request: CaptureRequest, progress: Progress, tell: Tell = lambda _: None
+    camera: DepthCamera,
+    request: CaptureRequest,
+    progress: Progress,
+    tell: Tell = lambda _: None,
+    watch: Callable[[MultiView], None] = lambda _: None,
 ) -> CaptureSummary:
     """Capture until the request is fulfilled, the camera ends, no output is left, or Ctrl-C.
 
@@ -122,7 +128,8 @@ def capture_depth(
         request: how long, and where depth goes.
         progress: told of every measured multi-view.
         tell: told of an output that fails; the capture goes on with the others, and the summary
-            has the error.
+            has the error. Also told once where rows do not meet.
+        watch: given every multi-view; must return at once.
 
     Raises:
         CurveError: rows miss otherwise than when the curve was made.
@@ -130,6 +137,7 @@ def capture_depth(
         RigError: an output cannot be opened.
     """
     run, tally = camera.run, CaptureTally()
+    offer = RowsOffer(run.profile, tell)
     is_interrupted = False
     begun_s, waited_before_s = time.monotonic(), camera.waited_s
     took_s = 0.0
@@ -141,6 +149,8 @@ def capture_depth(
                 for frame in _until(frames, request, begun_s):
                     with interrupts.deferred():
                         tally.add(frame)
+                        offer.look(frame)
+                        watch(frame.views)
                         outputs.offer(frame)
                         progress(tally.frames, in_words(frame))
                     if not outputs.take_frames:

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from rig.capture.capture import CaptureRequest, CaptureSummary, capture_depth
+from rig.capture.drift_watch import DriftWatch, look_of
 from rig.capture.output import WantedOutput
 from rig.capture.scans import owned_scans, require_scan, scans_of
 from rig.database import open_store
@@ -12,6 +13,7 @@ from rig.live.opening import depth_camera
 from rig.profile import Profile
 from rig.progress import Progress, Tell
 from rig.stored import RunChoice, new_folder, newer_curve, open_run
+from rig.unit import unit_of
 
 
 def capture_on_rig(
@@ -55,7 +57,9 @@ def capture_on_rig(
         with owned_scans(store, profile.name, scans), depth_camera(run, scans) as camera:
             for notice in camera.run.notices:
                 tell(notice)
-            summary = capture_depth(camera, request, progress, tell)
+            unit = unit_of(run.profile, camera.identity)
+            with DriftWatch(look_of(camera.run, store, tell, unit), tell) as watch:
+                summary = capture_depth(camera, request, progress, tell, watch.offer)
         newer = newer_curve(store, run, choice.curve)
         if newer is not None:
             used = "no curve" if summary.curve is None else summary.curve.title

@@ -24,6 +24,13 @@ def check(
     no_move: Annotated[
         bool, typer.Option("--no-move", help="Leave the stage where it is; some items are skipped.")
     ] = False,
+    scene: Annotated[
+        bool,
+        typer.Option(
+            "--scene",
+            help="Only compare an ordinary scene with the calibration: have views turned since?",
+        ),
+    ] = False,
     calibration: CalibrationChoice = None,
     overrides: Overrides = None,
     database: DatabaseUrl = None,
@@ -33,16 +40,24 @@ def check(
 
     Prints pass, warn or fail for every item, with what was found and what to do. The stage is homed
     and moved, unless --no-move or the profile forbids it. Exit code 3 says that an item fails.
+    With --scene nothing is moved and no target is needed: what rows tell of the cameras since their
+    calibration, kept in the history.
     """
     from rig.check.check import check_on_rig
     from rig.check.items import worst
+    from rig.check.scene_look import check_scene
     from rig.profile.load import load_profile
     from rig.stored import RunChoice
 
     profile = load_profile(profile_name, overrides or ())
     choice = RunChoice(database, calibration)
     items: list[Item] = []
-    with closing(check_on_rig(profile, choice, tell, moves=not no_move)) as answers:
+    asked = (
+        check_scene(profile, choice)
+        if scene
+        else check_on_rig(profile, choice, tell, moves=not no_move)
+    )
+    with closing(asked) as answers:
         for item in answers:
             items.append(item)
             if not as_json:
@@ -63,10 +78,10 @@ def check(
         show(", ".join(f"{count} {status}" for status, count in counts.items()))
     if verdict == "fail":
         names = ", ".join(item.name for item in items if item.status == "fail")
-        tell(f"rig: {profile.name} is not ready to sweep: {names}")
+        tell(f"rig: {profile.name} is not ready{'' if scene else ' to sweep'}: {names}")
         tell_next("check, fail", as_json=as_json, profile=profile_name)
         raise typer.Exit(3)
-    stays = no_move and profile.stage is not None
+    stays = (no_move or scene) and profile.stage is not None
     tell_next("check, no move" if stays else "check", as_json=as_json, profile=profile_name)
 
 

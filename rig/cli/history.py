@@ -13,7 +13,7 @@ from rig.cli.output import show, show_json, table, tell
 from rig.secrets import value_without_secrets
 
 if TYPE_CHECKING:
-    from rig.records import History, HistoryRow, Provenance, StoredCalibration
+    from rig.records import History, HistoryRow, Provenance, StoredCalibration, StoredDrift
 
 _WHEN = "%Y-%m-%d %H:%M %Z"
 
@@ -48,6 +48,13 @@ class Wanted:
         """Tell whether a calibration is one of them."""
         is_meant = self.has(row.rig, row.unit, row.created_at, row.provenance)
         return is_meant and not (self.is_failed and row.active)
+
+    def has_drift(self, row: "StoredDrift") -> bool:
+        """Tell whether a look at a scene is one of them; those have no tags and do not fail."""
+        is_asked = self.tag is None and not self.is_failed
+        is_since = self.since is None or row.measured_at >= self.since
+        is_mine = self.rig in (None, row.rig) and self.unit in (None, row.unit)
+        return is_asked and is_since and is_mine
 
 
 def history(
@@ -88,16 +95,60 @@ def history(
         found, where = store.history(store.frames), store.database
     sweeps = [row for row in found.sweeps if wanted.has_sweep(row)]
     calibrations = [row for row in found.calibrations if wanted.has_calibration(row)]
+    drifts = [row for row in found.drifts if wanted.has_drift(row)]
     if as_json:
-        show_json(_as_dict(where, sweeps, calibrations, found))
+        show_json(_as_dict(where, sweeps, calibrations, drifts, found))
         return
     show(where)
     _show_calibrations(calibrations)
+    _show_drifts(drifts)
     _show_sweeps(sweeps, is_empty=not found.sweeps)
     for row in found.damaged:
         tell(f"rig: {row.table} {row.number} is damaged and left out: {row.found}")
     if found.sweeps:
         tell_next("history", as_json=False)
+
+
+def _drift_as_dict(row: "StoredDrift") -> dict[str, object]:
+    return {
+        "drift": row.id,
+        "rig": row.rig,
+        "unit": row.unit,
+        "calibration": row.calibration_id,
+        "measured_at": row.measured_at.isoformat(),
+        "temperature_degc": row.temperature_degc,
+        **row.details,
+    }
+
+
+def _show_drifts(rows: "list[StoredDrift]") -> None:
+    """Show what scenes told since, look after look."""
+    if not rows:
+        return
+    cells = [
+        [
+            str(row.id),
+            row.rig,
+            row.unit,
+            row.measured_at.astimezone().strftime(_WHEN),
+            str(row.calibration_id),
+            "" if row.temperature_degc is None else f"{row.temperature_degc:.1f}",
+            *_turns(row),
+        ]
+        for row in rows
+    ]
+    header = ("scene", "rig", "unit", "looked", "calibration", "degC", "rows moved px", "chance")
+    _show_known(cells, header)
+    show()
+
+
+def _turns(row: "StoredDrift") -> list[str]:
+    """How far rows have moved, and whether that may be chance; nothing where it is not told."""
+    rows_px, probability = row.details.get("rows_px"), row.details.get("probability")
+    return [
+        f"{rows_px:.3f}" if isinstance(rows_px, float) else "",
+        f"{probability:.2g}" if isinstance(probability, float) else "",
+    ]
 
 
 def next_step(row: "HistoryRow") -> str:
@@ -136,6 +187,7 @@ def _as_dict(
     where: str,
     sweeps: "list[HistoryRow]",
     calibrations: "list[StoredCalibration]",
+    drifts: "list[StoredDrift]",
     found: "History",
 ) -> Mapping[str, object]:
     return {
@@ -179,6 +231,7 @@ def _as_dict(
             }
             for row in calibrations
         ],
+        "drifts": [_drift_as_dict(row) for row in drifts],
         "damaged": [
             {"table": row.table, "row": row.number, "found": row.found} for row in found.damaged
         ],

@@ -48,6 +48,8 @@ class Comparison:
     curves: tuple[CurvesAt, ...]
     """The curve beside that of the calibration alone, where the sweep has one."""
     folder: Path
+    origin: str | None = None
+    """What must be said of the calibration; None for nothing."""
 
     @property
     def unit(self) -> str:

@@ -8,6 +8,7 @@ from rig.database.details import details_json, read_details
 from rig.database.tables import (
     CalibrationRow,
     CurveRow,
+    DriftRow,
     FrameRow,
     MeasurementRow,
     SampleRow,
@@ -24,6 +25,7 @@ from rig.records import (
     State,
     StoredCalibration,
     StoredCurve,
+    StoredDrift,
     StoredFrame,
     Sweep,
 )
@@ -214,6 +216,19 @@ def calibration_value(row: CalibrationRow) -> StoredCalibration:
         unit=row.unit,
         note=row.note,
         provenance=provenance_value(row.provenance),
+    )
+
+
+def drift_value(row: DriftRow) -> StoredDrift:
+    """Return what a scene told."""
+    return StoredDrift(
+        id=row.id,
+        rig=row.rig,
+        calibration_id=row.calibration_id,
+        measured_at=row.measured_at,
+        temperature_degc=row.temperature_degc,
+        details=row.details,
+        unit=row.unit,
     )
 
 

@@ -15,7 +15,10 @@ from rig.database.trouble import explained
 from rig.errors import StoreError
 from rig.files import make_folder, sync_folder
 
-REVISIONS = ("rig_0001", "rig_0002", "rig_0003", "rig_0004", "rig_0005", "rig_0006")
+REVISIONS = (
+    *("rig_0001", "rig_0002", "rig_0003", "rig_0004", "rig_0005", "rig_0006"),
+    "rig_0007",
+)
 """Every schema this program knows, oldest first; a test holds them to `migrations/versions`."""
 
 MIGRATIONS = Path(__file__).parent / "migrations"

@@ -20,6 +20,7 @@ from rig.database.convert import (
     sweep_value,
 )
 from rig.database.curves import CurveShelf
+from rig.database.drifts import DriftShelf
 from rig.database.frames import (
     FrameWriter,
     clear_unfinished,
@@ -111,7 +112,7 @@ def _holds_something(file: Path) -> bool:
     return file.is_file() and file.stat().st_size > 0
 
 
-class Store(CalibrationShelf, MeasurementShelf, CurveShelf, UpkeepShelf):
+class Store(CalibrationShelf, DriftShelf, MeasurementShelf, CurveShelf, UpkeepShelf):
     """One open database; a context manager, safe to use from several threads.
 
     Every method is one short transaction of its own: done when it returns, undone when it raises.

@@ -179,6 +179,20 @@ class CalibrationRow(Row):
     provenance: Mapped[dict[str, object]] = mapped_column(server_default=text("'{}'"))
 
 
+class DriftRow(Row):
+    """What one scene told of the cameras of a rig since its calibration."""
+
+    __tablename__ = "drifts"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    rig: Mapped[str] = mapped_column(index=True)
+    unit: Mapped[str] = mapped_column(server_default="")
+    calibration_id: Mapped[int] = mapped_column(ForeignKey("calibrations.id"))
+    measured_at: Mapped[datetime]
+    temperature_degc: Mapped[float | None]
+    details: Mapped[dict[str, object]]
+
+
 class LeaseRow(Row):
     """Which program works on something that only one may work on; no row where none does."""
 

@@ -12,11 +12,11 @@ from sqlalchemy import select, text, update
 from sqlalchemy.orm import Session
 
 from rig.database import queries, row_check
-from rig.database.convert import calibration_value
+from rig.database.convert import calibration_value, drift_value
 from rig.database.copying import copied_rows, copy_rows, is_empty
 from rig.database.leases import LeaseShelf, sweep_lease
 from rig.database.schema import writing
-from rig.database.tables import CalibrationRow, LeaseRow, SampleRow, SweepRow
+from rig.database.tables import CalibrationRow, DriftRow, LeaseRow, SampleRow, SweepRow
 from rig.database.trouble import explained
 from rig.records import DamagedRow, History
 
@@ -46,7 +46,7 @@ class UpkeepShelf(LeaseShelf):
         with self._reading("list the sweeps") as session:
             good: dict[str, list[int]] = {}
             damaged: list[DamagedRow] = []
-            for name in ("sweeps", "curves", "calibrations"):
+            for name in ("sweeps", "curves", "calibrations", "drifts"):
                 good[name], bad = _readable(session, name)
                 damaged += bad
             by_sweep = {
@@ -58,10 +58,13 @@ class UpkeepShelf(LeaseShelf):
             missing = _missing(_sample_places(session), frames)
             kept = select(CalibrationRow).where(CalibrationRow.id.in_(good["calibrations"]))
             calibrations = session.scalars(kept.order_by(CalibrationRow.id)).all()
+            seen = select(DriftRow).where(DriftRow.id.in_(good["drifts"]))
+            looks = session.scalars(seen.order_by(DriftRow.id)).all()
             return History(
                 tuple(replace(row, missing=missing.get(row.id, 0)) for row in rows),
                 tuple(calibration_value(row) for row in calibrations),
                 tuple(damaged),
+                tuple(drift_value(row) for row in looks),
             )
 
     def damaged_rows(self) -> tuple[DamagedRow, ...]:

@@ -39,6 +39,7 @@ _SURE_PX, _LEAST_SIGMA_PX = 0.25, 0.05
 """Patches less sure slide along an edge or drown in noise; none is surer than this."""
 _ROOM, _ROOM_PX = 0.3, 3.0
 """Slopes are searched so much beyond those of the features: share of their span, and px."""
+_KEY_BITS = 20
 _ENDS_PCT = (2.0, 98.0)
 
 
@@ -50,6 +51,8 @@ class FineMeter:
     resampler: Resampler
     range_px: tuple[float, float]
     """Slopes to look for, px per view step of the common frame."""
+    coarse: SceneFeatures
+    """Of the first match; they are measured besides."""
 
     @classmethod
     def of(cls, geometry: RigGeometry, coarse: SceneFeatures) -> "FineMeter":
@@ -61,7 +64,9 @@ class FineMeter:
         """
         lengths = [float(np.linalg.norm(p.translation_mm)) for p in geometry.cam_from_reference]
         rectification = rectify(geometry, max(lengths))
-        return cls(rectification, resampler_of(rectification), _slopes(rectification, coarse))
+        return cls(
+            rectification, resampler_of(rectification), _slopes(rectification, coarse), coarse
+        )
 
     def measure(self, images: Sequence[NDArray[np.generic]], picture: int) -> SceneFeatures:
         """Measure one multi-view.
@@ -76,14 +81,19 @@ class FineMeter:
             level, cameras, window_of(self.rectification.shape, self.range_px, None)
         )
         pictures = _Pictures.of(level, first, reference)
-        rows, columns = pictures.places(pictures.near)
+        own = self.coarse[self.coarse.picture == picture]
+        begun = np.rint(self.rectification.rectified_px(reference, own.reference_px)).astype(
+            np.intp
+        )
+        rows, columns = pictures.places(begun)
         view_px = np.full((len(rows), len(images), 2), np.nan)
         sigma_px = np.ones((len(rows), len(images)))
         for view in range(len(images)):
             steps = float(cameras.x_steps[view]), float(cameras.y_steps[view])
             if view == reference or np.hypot(*steps) == 0.0:
                 continue
-            found = pictures.followed(view, steps)
+            away_px = self.rectification.rectified_px(view, own.view_px[:, view]) - begun
+            found = pictures.followed(view, steps, begun, away_px)
             place = np.searchsorted(_keys(rows, columns), _keys(found.rows, found.columns))
             along, across = directions(*steps)
             seen_px = (
@@ -150,16 +160,19 @@ class _Pictures:
             reference,
         )
 
-    def places(self, near: tuple[Places, Places]) -> tuple[Places, Places]:
-        """Rows and columns (N,) of the large pictures, in the order of their keys."""
+    def places(self, begun: Places) -> tuple[Places, Places]:
+        """Rows and columns (N,) of distinct places and others (M, 2), by their keys."""
+        near, factor = self.near, self.factor
         rows, columns = most_distinct_near(
-            self.strength, near[0] * self.factor, near[1] * self.factor, self.factor
+            self.strength, near[0] * factor, near[1] * factor, factor
         )
-        order = np.argsort(_keys(rows, columns))
-        return rows[order], columns[order]
+        keys = np.unique(_keys(np.append(rows, begun[:, 1]), np.append(columns, begun[:, 0])))
+        return keys >> _KEY_BITS, keys & ((1 << _KEY_BITS) - 1)
 
-    def followed(self, view: int, steps: tuple[float, float]) -> Patches:
-        """Follow the distinct places into a view."""
+    def followed(
+        self, view: int, steps: tuple[float, float], begun: Places, away_px: Float
+    ) -> Patches:
+        """Follow distinct places, and others (M, 2) about which is known, into a view."""
         pair, factor = [self.reference, view], self.factor
         begin_px = -np.hypot(*steps) * self.slope_px[self.near].astype(np.float64)
         (one, other), (own, seen) = self.small[pair], self.soft[pair]
@@ -169,13 +182,18 @@ class _Pictures:
         rows, columns = most_distinct_near(
             self.strength, factor * found.rows, factor * found.columns, factor
         )
-        along_px, across_px = factor * found.along_px, factor * found.across_px
+        known = np.isfinite(away_px).all(axis=1)
+        along, across = directions(*steps)
+        rows = np.append(rows, begun[known, 1])
+        columns = np.append(columns, begun[known, 0])
+        along_px = np.append(factor * found.along_px, away_px[known] @ along)
+        across_px = np.append(factor * found.across_px, away_px[known] @ across)
         found = find_patches(own, seen, rows, columns, along_px, across_px, steps, _REACH_PX)
         return found[found.sigma_px < _SURE_PX]
 
 
 def _keys(rows: Places, columns: Places) -> Places:
-    return rows * (1 << 20) + columns
+    return (rows << _KEY_BITS) + columns
 
 
 def resampler_of(rectification: Rectification) -> Resampler:

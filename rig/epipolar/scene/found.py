@@ -22,7 +22,11 @@ FEWEST = 25
 _MEASURED = 2
 """Times that features are measured: the second time by the geometry of the first."""
 MOST_FIELD_PX = 0.1
-"""Smooth misfit of the rows of a view that is left alone, rms."""
+"""Smooth misfit of the rows of a view, rms, above which it is another lens than was thought."""
+_FOR_LENSES = 200
+"""Features without which ten lens terms would be chance."""
+_NOTICEABLE_PX, _CLUSTERED = 0.05, 2.0
+"""Smooth misfit, rms, and clustering of what is left from which lens terms are looked for."""
 _EXPECTED_PX = 3.0
 LensTerms = Literal["auto", "kept", "freed"]
 
@@ -62,8 +66,7 @@ def find_geometry(
 ) -> FoundGeometry:
     """Find rotations, focal lengths and places of the cameras from scenes.
 
-    Lens terms are freed where what is left without them is a smooth field of more than
-    `MOST_FIELD_PX`, and surely one.
+    Lens terms are freed where what is left without them is a smooth field that no chance explains.
 
     Args:
         pictures: raw multi-views of scenes, each per view (H, W) grey.
@@ -86,17 +89,15 @@ def find_geometry(
     )
     _require(coarse, start, len(pictures))
     fit = fit_scene(geometry, prior, coarse)
-    features = coarse[fit.fits]
-    _require(features, start, len(pictures))
+    first = features = coarse[fit.fits]
+    _require(first, start, len(pictures))
     for _ in range(_MEASURED):
-        features, fit = _measured(pictures, geometry, prior, fit, features)
+        features, fit = _measured(pictures, geometry, prior, fit, first)
     fields, before = row_fields(fit, features), None
-    if lens_terms == "auto" and any(
-        one is not None and one.is_sure and one.rms_px > MOST_FIELD_PX for one in fields
-    ):
+    if lens_terms == "auto" and _is_bent(fit, fields):
         geometry, prior = with_lens_terms(start, prior)
         before, fit = fields, fit_scene(geometry, prior, features)
-        features, fit = _measured(pictures, geometry, prior, fit, features)
+        features, fit = _measured(pictures, geometry, prior, fit, first)
         fields = row_fields(fit, features)
     return FoundGeometry(fit, features, fields, before)
 
@@ -106,16 +107,25 @@ def _measured(
     geometry: RigGeometry,
     prior: Float,
     fit: SceneFit,
-    features: SceneFeatures,
+    first: SceneFeatures,
 ) -> tuple[SceneFeatures, SceneFit]:
     """Measure features by what a fit found, and fit them."""
-    fits = fit.fits if len(fit.weight) == len(features) else np.ones(len(features), np.bool_)
-    meter = FineMeter.of(fit.geometry, features[fits])
+    meter = FineMeter.of(fit.geometry, first)
     measured = SceneFeatures.joined(
         [meter.measure(images, number) for number, images in enumerate(pictures)]
     )
     _require(measured, geometry, len(pictures))
     return measured, fit_scene(geometry, prior, measured)
+
+
+def _is_bent(fit: SceneFit, fields: Sequence["RowField | None"]) -> bool:
+    """Whether what is left across the lines is smooth, and no chance."""
+    return fit.fits.sum() >= _FOR_LENSES and any(
+        one is not None
+        and one.rms_px > _NOTICEABLE_PX
+        and (one.is_sure or fit.clustering > _CLUSTERED)
+        for one in fields
+    )
 
 
 def row_fields(fit: SceneFit, features: SceneFeatures) -> tuple[RowField | None, ...]:

@@ -34,7 +34,7 @@ def grid_features(geometry: RigGeometry, inverse_per_mm: Float) -> SceneFeatures
             continue
         seen_px = other.project(rays @ pose.rotation.T + inverse[:, None] * pose.translation_mm)
         size_px = np.array([other.width_px, other.height_px])
-        inside = np.all((seen_px >= 0.0) & (seen_px <= size_px - 1.0), axis=1)
+        inside = np.all((seen_px > -0.5) & (seen_px < size_px - 0.5), axis=1)
         view_px[inside, view] = seen_px[inside]
     features = SceneFeatures(
         np.zeros(len(pixels), np.intp), pixels, view_px, np.ones(view_px.shape[:2])

@@ -21,6 +21,7 @@ _SETTLED = 1e-4
 """Squared change, in sigmas of what is found, after which nothing is left to gain."""
 _DOUBT = 3.0
 """Scales from which a feature loses its weight."""
+_SORTINGS = 4
 _OUT = 0.1
 """Weight below which one is taken for a wrong match."""
 _AT_ONCE = 4_000_000
@@ -93,8 +94,10 @@ def _weighed(at: Misfit) -> tuple[float, Float]:
     squares, spare = at.squares[at.known], at.spare[at.known]
     # Median of a chi-squared over its freedoms (E. B. Wilson, M. M. Hilferty, PNAS 17, 1931).
     usual = (1.0 - 2.0 / (9.0 * spare)) ** 3
-    scatter = float(np.sqrt(np.median(squares / usual))) if len(squares) else 1.0
-    scatter = max(scatter, _SMALLEST)
+    relative, scatter = squares / usual, np.inf
+    for _ in range(_SORTINGS):  # wrong matches make the first median too large
+        near = relative[squares <= (_DOUBT * scatter) ** 2]
+        scatter = max(float(np.sqrt(np.median(near))) if len(near) else 1.0, _SMALLEST)
     weight = (1.0 + at.squares / (_DOUBT * scatter) ** 2) ** -2
     return scatter, np.where(at.known, weight, 0.0)
 

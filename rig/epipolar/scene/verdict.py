@@ -16,7 +16,7 @@ _LEAST_SPAN = 0.01
 baselines look alike at one distance."""
 _FITTING = 0.6
 """Least share of features that fit: with fewer, what fits may be chance."""
-MOST_ROWS_PX = 0.25
+MOST_ROWS_PX = 0.3
 """Rows that may be off by more (1 sigma, at the distances of the scene) are weak."""
 _ENDS_PCT = (5.0, 95.0)
 _NEARER = 1.5

@@ -263,7 +263,7 @@ def test_a_newer_database_is_left_as_it_is(tmp_path: Path) -> None:
     connection.close()
     before = contents(tmp_path)
     with pytest.raises(
-        StoreError, match=r"schema rig_0099, this rig knows up to rig_0006; upgrade rig"
+        StoreError, match=r"schema rig_0099, this rig knows up to rig_0007; upgrade rig"
     ) as refused:
         open_store(sqlite_url(tmp_path))
     assert "\n" not in str(refused.value)

@@ -1,0 +1,133 @@
+"""Looks now and then, beside a capture, whether views have turned since their calibration.
+
+One multi-view every half minute, on a thread of its own that steps back where the machine is busy;
+a frame is never waited for and none is lost. Every look is kept with the temperature, and the first
+that is no chance is told.
+"""
+
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+from rig.check.scene_drift import drift_details, drift_since, judge_scene_drift
+from rig.database import Store
+from rig.errors import RigError
+from rig.frames import MultiView
+from rig.profile import Profile
+from rig.progress import Tell
+from rig.records import StoredCalibration
+from rig.stored import LENSLETS, Run
+
+ALARM = 1e-6
+"""Probability below which a look is an alarm. Eight hours are 960 looks: by Bonferroni's
+inequality, whatever looks have in common, one in a thousand such days has a false alarm."""
+_FIRST_S, _EVERY_S = 10.0, 30.0
+_NICE = 10
+
+
+@dataclass(frozen=True, slots=True)
+class SceneLook:
+    """Compares multi-views with a stored calibration, keeps and tells."""
+
+    profile: Profile
+    calibration: StoredCalibration
+    store: Store
+    tell: Tell
+    unit: str = ""
+
+    def __call__(self, views: MultiView) -> bool:
+        """Look at one; return whether there is more to tell of later ones."""
+        full_scale = views.frames[0].full_scale
+        drift = drift_since(self.calibration, self.profile, [views.images], full_scale)
+        self.store.save_drift(
+            self.calibration.id,
+            rig=self.profile.name,
+            details=drift_details(drift, self.profile),
+            temperature_degc=views.temperature_degc,
+            unit=self.unit,
+        )
+        if drift.probability >= ALARM:
+            return True
+        item = judge_scene_drift(
+            drift, self.profile, self.calibration, views.temperature_degc, ALARM
+        )
+        self.tell(f"{item.found}; {item.advice}")
+        return False
+
+
+class DriftWatch:
+    """Gives a look something to look at, now and then.
+
+    Args:
+        look: returns whether to go on; None looks at nothing.
+        tell: told of a look that was not possible, once.
+        now_s: tells the time.
+    """
+
+    def __init__(
+        self,
+        look: Callable[[MultiView], bool] | None,
+        tell: Tell,
+        *,
+        now_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._look = look
+        self._tell = tell
+        self._now_s = now_s
+        self._due_s = now_s() + _FIRST_S
+        self._thread: threading.Thread | None = None
+        self._has_complained = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._thread is not None:
+            self._thread.join()
+
+    def offer(self, views: MultiView) -> None:
+        """Take a multi-view if it is time for one and none is looked at; returns at once."""
+        is_busy = self._thread is not None and self._thread.is_alive()
+        if self._look is None or is_busy or self._now_s() < self._due_s:
+            return
+        self._due_s = self._now_s() + _EVERY_S
+        self._thread = threading.Thread(target=self._run, args=(views, self._look), name="drift")
+        self._thread.start()
+
+    def _run(self, views: MultiView, look: Callable[[MultiView], bool]) -> None:
+        if sys.platform == "linux":
+            with suppress(OSError):
+                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
+        try:
+            if not look(views):
+                self._look = None
+        except RigError as error:
+            if not self._has_complained:
+                self._has_complained = True
+                self._tell(f"whether views have turned is not told: {error}")
+
+
+def look_of(run: Run, store: Store, tell: Tell, unit: str) -> SceneLook | None:
+    """Return how a run's calibration is looked after; None where it has none that is stored.
+
+    Args:
+        run: the rig, with its calibration.
+        store: where looks are kept.
+        tell: told of an alarm.
+        unit: which of the rigs of this name.
+    """
+    calibration = run.calibration
+    if calibration is None or LENSLETS in calibration.geometry or run.profile.camera.is_scan:
+        return None
+    return SceneLook(run.profile, calibration, store, tell, unit)
