@@ -1,6 +1,6 @@
 """`rig history`: the sweeps and calibrations in the database."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Annotated
@@ -89,7 +89,7 @@ def history(
     sweeps = [row for row in found.sweeps if wanted.has_sweep(row)]
     calibrations = [row for row in found.calibrations if wanted.has_calibration(row)]
     if as_json:
-        show_json(_as_dict(where, sweeps, calibrations, found))
+        show_json(as_dict(where, sweeps, calibrations, found))
         return
     show(where)
     _show_calibrations(calibrations)
@@ -132,12 +132,13 @@ def _moment(text: str) -> datetime:
         ) from error
 
 
-def _as_dict(
+def as_dict(
     where: str,
-    sweeps: "list[HistoryRow]",
-    calibrations: "list[StoredCalibration]",
+    sweeps: "Sequence[HistoryRow]",
+    calibrations: "Sequence[StoredCalibration]",
     found: "History",
 ) -> Mapping[str, object]:
+    """Return what programs are told of some rows."""
     return {
         "database": where,
         "sweeps": [

@@ -41,9 +41,9 @@ def test_a_disk_that_fails_below_the_file_system_loses_no_sample(tmp_path: Path)
     if sys.platform != "linux":
         pytest.skip("calls are caught by LD_PRELOAD, which needs Linux")
     record = tmp_path / "disk.jsonl"
-    words = ("--seed", "7", "--count", "10", "--record", str(record))
+    words = ("--seed", "7", "--count", "5", "--record", str(record))
     done = _run([sys.executable, "-m", "benchmarks.disk_faults", *words])
     assert done.returncode == 0, done.stdout + done.stderr
     rounds = [json.loads(line) for line in record.read_text().splitlines()]
-    assert [played["broken"] for played in rounds] == [[]] * 10
+    assert [played["broken"] for played in rounds] == [[]] * 5
     assert {played["kind"] for played in rounds} <= set(KINDS)
