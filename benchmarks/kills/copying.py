@@ -40,7 +40,7 @@ class BackupTrial(Trial):
         code = run_program(words, folder).code
         with open_store(sqlite_url(target)) as store:
             found = [str(finding) for finding in verify(store).findings]
-            return code, found, len(store.samples(1)), curve_of(target, 1)
+            return code, found, len(store.samples(1)), curve_of(sqlite_url(target), 1)
 
 
 @functools.cache

@@ -22,7 +22,7 @@ class CheckTrial(Trial):
     def result(self, folder: Path) -> object:
         """What was there before."""
         with open_store(sqlite_url(folder)) as store:
-            return len(store.samples(1)), store.sweep(1).state, curve_of(folder, 1)
+            return len(store.samples(1)), store.sweep(1).state, curve_of(sqlite_url(folder), 1)
 
 
 class HistoryTrial(CheckTrial):
@@ -81,7 +81,12 @@ class PruneTrial(Trial):
         """The numbers stay, and nothing is damaged."""
         with open_store(sqlite_url(folder)) as store:
             found = verify(store)
-            return found.damage, found.pruned, len(store.measurements(1)), curve_of(folder, 1)
+            return (
+                found.damage,
+                found.pruned,
+                len(store.measurements(1)),
+                curve_of(sqlite_url(folder), 1),
+            )
 
 
 class RestoreTrial(Trial):
@@ -106,4 +111,4 @@ class RestoreTrial(Trial):
     def result(self, folder: Path) -> object:
         """All that the backup holds."""
         with open_store(sqlite_url(folder)) as store:
-            return verify(store).damage, len(store.samples(1)), curve_of(folder, 1)
+            return verify(store).damage, len(store.samples(1)), curve_of(sqlite_url(folder), 1)

@@ -30,29 +30,29 @@ class SweepTrial(Trial):
 
     def words(self, folder: Path) -> list[str]:
         """See `Trial.words`."""
-        return sweep_words(folder)
+        return sweep_words(self.url(folder))
 
     def words_again(self, folder: Path) -> list[str]:
         """See `Trial.words_again`; a sweep that has no row yet begins anew."""
-        with open_store(sqlite_url(folder)) as store:
+        with open_store(self.url(folder)) as store:
             rows = store.sweeps()
         if not rows:
-            return sweep_words(folder)
+            return sweep_words(self.url(folder))
         if rows[-1].state == "concluded":
-            return ["report", str(rows[-1].id), "--db", sqlite_url(folder)]
-        return sweep_words(folder, "--resume")
+            return ["report", str(rows[-1].id), "--db", self.url(folder)]
+        return sweep_words(self.url(folder), "--resume")
 
     def result(self, folder: Path) -> object:
         """Curve, samples and state; a second curve is one too many."""
-        with open_store(sqlite_url(folder)) as store:
+        with open_store(self.url(folder)) as store:
             rows = store.sweeps()
-            curves = [row.curve_id for row in rows]
+            curves = [row.curve_id is not None for row in rows]  # a server's numbers have gaps
             return ([row.state for row in rows], [row.samples for row in rows], curves,
-                    curve_of(folder, 1))  # fmt: skip
+                    curve_of(self.url(folder), rows[-1].id))  # fmt: skip
 
     def lost(self, folder: Path, ended: Ended) -> list[str]:
         """See `Trial.lost`."""
-        with open_store(sqlite_url(folder)) as store:
+        with open_store(self.url(folder)) as store:
             there = {
                 f"{row.id} {sample.stop.index} {sample.number}"
                 for row in store.sweeps()
@@ -77,7 +77,7 @@ class FitTrial(Trial):
     def result(self, folder: Path) -> object:
         """The newest curve, which is that of the sweep itself."""
         with open_store(sqlite_url(folder)) as store:
-            return store.sweep(1).state, len(store.measurements(1)), curve_of(folder, 1)
+            return store.sweep(1).state, len(store.measurements(1)), curve_of(sqlite_url(folder), 1)
 
 
 class CalibrateTrial(Trial):

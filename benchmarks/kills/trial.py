@@ -22,17 +22,17 @@ GOOD = (0, 3)
 """Exit codes of a verb that came to its end."""
 
 
-def sweep_words(folder: Path, *more: str) -> list[str]:
+def sweep_words(url: str, *more: str) -> list[str]:
     """Return a small sweep, from its beginning unless `more` says otherwise."""
     stops = () if "--resume" in more else STOPS
-    return ["sweep", "sim", *more, *OPTIONS, *PLAN, *stops, "--db", sqlite_url(folder)]
+    return ["sweep", "sim", *more, *OPTIONS, *PLAN, *stops, "--db", url]
 
 
 @functools.cache
 def swept() -> Path:
     """Return a folder with one concluded sweep."""
     folder = Path(tempfile.mkdtemp(prefix="rig-swept-"))
-    ended = run_program(sweep_words(folder), folder)
+    ended = run_program(sweep_words(sqlite_url(folder)), folder)
     if ended.code not in GOOD:
         raise SystemExit(f"the sweep that all begins with ends with {ended.code}: {ended.err}")
     return folder
@@ -54,6 +54,10 @@ class Trial:
         self.server = server
         self.wanted = ""
         """What an undisturbed run leaves, as text."""
+
+    def url(self, folder: Path) -> str:
+        """Return the address of its database."""
+        return sqlite_url(folder)
 
     def prepare(self, folder: Path) -> None:
         """Put what it begins with into an empty folder."""
@@ -84,7 +88,7 @@ class Trial:
         found = repr(self.result(folder))
         if found != self.wanted:
             faults.append(f"another result: {found[:300]}, wanted {self.wanted[:300]}")
-        with open_store(sqlite_url(folder)) as store:
+        with open_store(self.url(folder)) as store:
             faults += litter_of(store)
         return faults
 
@@ -98,8 +102,8 @@ class Trial:
         return []
 
 
-def curve_of(folder: Path, sweep_id: int) -> object:
+def curve_of(url: str, sweep_id: int) -> object:
     """Return the newest curve of a sweep; None where it has none."""
-    with open_store(sqlite_url(folder)) as store:
+    with open_store(url) as store:
         number = store.newest_curve(sweep_id)
         return None if number is None else store.curve(number).curve
