@@ -102,9 +102,7 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=1e6, help="begin no round after these")
     parser.add_argument("--record", type=Path, help="file of JSON lines, continued")
     asked = parser.parse_args()
-    known = asked.record is not None and asked.record.exists()
-    lines = asked.record.read_text().splitlines() if known else []
-    rounds = [_round(line) for line in lines]
+    rounds = _recorded(asked.record)
     until_s = time.monotonic() + 60.0 * asked.minutes
     with running_server() as server:
         trial = SweepTrial(None)
@@ -123,9 +121,13 @@ def main() -> int:
     return 1 if any(played.broken for played in rounds) else 0
 
 
-def _round(line: str) -> Round:
-    told = json.loads(line)
-    return Round(**{**told, "broken": tuple(told["broken"])})
+def _recorded(record: Path | None) -> list[Round]:
+    rounds: list[Round] = []
+    if record is not None and record.exists():
+        for line in record.read_text().splitlines():
+            told = json.loads(line)
+            rounds.append(Round(broken=tuple(told.pop("broken")), **told))
+    return rounds
 
 
 if __name__ == "__main__":

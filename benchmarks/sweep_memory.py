@@ -52,6 +52,7 @@ def run() -> int:
     each = str(asked.samples // len(STOPS))
     stops = ("--at-mm", ",".join(STOPS), "--samples", each)
     even = ("--set", "sweep.holdout_every=0", "--set", "sweep.backward_every=0")
+    code: int | str | None = None
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         os.environ.pop("RIG_FRAMES", None)

@@ -46,7 +46,8 @@ importlib.import_module("rig.report.page").board_epis = _no_epis  # type: ignore
 
 def _keep_pictures() -> None:
     kept: dict[tuple[str, Any, float], Any] = {}
-    expose: Any = Exposures._expose  # noqa: SLF001
+    exposures: Any = Exposures
+    expose = exposures._expose  # noqa: SLF001
 
     def exposed(self: Any, moment: Any, lamp: float) -> Any:
         key = (repr((self._world.config, self._tint)), moment, lamp)
@@ -54,7 +55,7 @@ def _keep_pictures() -> None:
             kept[key] = expose(self, moment, lamp)
         return kept[key]
 
-    Exposures._expose = exposed  # noqa: SLF001
+    exposures._expose = exposed  # noqa: SLF001
 
 
 _keep_pictures()

@@ -13,7 +13,7 @@ import typer
 
 from rig.check.bundle import require_new, write_bundle
 from rig.cli.devices import as_dict as devices_as_dict
-from rig.cli.history import as_dict as history_as_dict
+from rig.cli.history import newest_as_dict
 from rig.cli.next_verb import tell_next
 from rig.cli.output import show, show_json, tell
 from rig.errors import RigError
@@ -159,9 +159,8 @@ def _history(database: str | None, rig: str | None, report: list[str]) -> object
     with open_store(database, absent="empty") as store:
         found = store.history(store.frames)
         sweeps = [row for row in found.sweeps if rig in (None, row.rig)][-RECENT:]
-        calibrations = [row for row in found.calibrations if rig in (None, row.rig)][-RECENT:]
         report += _newest_report(store, sweeps)
-        content = dict(history_as_dict(store.database, sweeps, calibrations, found))
+        content = newest_as_dict(found, store.database, rig, RECENT)
         owners = {what: str(owner) for what, owner in store.owners().items()}
     for rows in (content["sweeps"], content["calibrations"]):
         for row in rows if isinstance(rows, list) else ():

@@ -1,6 +1,6 @@
 """`rig history`: the sweeps and calibrations in the database."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Annotated
@@ -89,7 +89,7 @@ def history(
     sweeps = [row for row in found.sweeps if wanted.has_sweep(row)]
     calibrations = [row for row in found.calibrations if wanted.has_calibration(row)]
     if as_json:
-        show_json(as_dict(where, sweeps, calibrations, found))
+        show_json(_as_dict(where, sweeps, calibrations, found))
         return
     show(where)
     _show_calibrations(calibrations)
@@ -132,13 +132,12 @@ def _moment(text: str) -> datetime:
         ) from error
 
 
-def as_dict(
+def _as_dict(
     where: str,
-    sweeps: "Sequence[HistoryRow]",
-    calibrations: "Sequence[StoredCalibration]",
+    sweeps: "list[HistoryRow]",
+    calibrations: "list[StoredCalibration]",
     found: "History",
 ) -> Mapping[str, object]:
-    """Return what programs are told of some rows."""
     return {
         "database": where,
         "sweeps": [
@@ -261,3 +260,17 @@ def _show_known(cells: list[list[str]], header: tuple[str, ...]) -> None:
     rows = [[row[place] for place in kept] for row in cells]
     for line in table(rows, [header[place] for place in kept]):
         show(line)
+
+
+def newest_as_dict(found: "History", where: str, rig: str | None, count: int) -> dict[str, object]:
+    """Return what programs are told of the newest sweeps and calibrations.
+
+    Args:
+        found: all that is stored.
+        where: the database.
+        rig: only of this rig; None for all.
+        count: so many of each.
+    """
+    sweeps = [row for row in found.sweeps if rig in (None, row.rig)][-count:]
+    calibrations = [row for row in found.calibrations if rig in (None, row.rig)][-count:]
+    return dict(_as_dict(where, sweeps, calibrations, found))
