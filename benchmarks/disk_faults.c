@@ -1,15 +1,13 @@
 /* What a disk answers when it fails, below the file system: loaded before the C library.
  *
- * RIG_FAULT_FOLDER   only files below it fail
- * RIG_FAULT_CALL     number of the call that fails, from 1
- * RIG_FAULT_CALLS    so many fail from there on; 0 for all
- * RIG_FAULT_ERRNO    what it fails with; 0 writes half and says so
- * RIG_FAULT_COUNT    a file that the number of calls is written to, at the end
+ * Nothing happens before rig_fault_arm: calls that write, synchronise, open, rename or make a folder
+ * below one folder are counted from then on, and some of them fail.
  */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -36,10 +34,6 @@ static int (*true_open)(const char *, int, ...);
 static void *next(const char *name) { return dlsym(RTLD_NEXT, name); }
 
 __attribute__((constructor)) static void prepare(void) {
-    const char *where = getenv("RIG_FAULT_FOLDER");
-    const char *which = getenv("RIG_FAULT_CALL");
-    const char *many = getenv("RIG_FAULT_CALLS");
-    const char *what = getenv("RIG_FAULT_ERRNO");
     true_write = next("write");
     true_pwrite = next("pwrite64");
     true_fsync = next("fsync");
@@ -48,23 +42,22 @@ __attribute__((constructor)) static void prepare(void) {
     true_ftruncate = next("ftruncate64");
     true_mkdir = next("mkdir");
     true_open = next("open64");
-    if (where == NULL)
-        return;
-    strncpy(folder, where, sizeof folder - 1);
-    folder_length = strlen(folder);
-    first = which ? atol(which) : 0;
-    last = many && atol(many) > 0 ? first + atol(many) - 1 : -1;
-    failure = what ? atoi(what) : EIO;
 }
 
-__attribute__((destructor)) static void conclude(void) {
-    const char *place = getenv("RIG_FAULT_COUNT");
-    FILE *file;
-    if (place == NULL || folder_length == 0 || (file = fopen(place, "a")) == NULL)
-        return;
-    fprintf(file, "%ld\n", atomic_load(&calls));
-    fclose(file);
+/* where: only files below it; which: the first call that fails, from 1, 0 for none; many: so many
+ * fail from there on, 0 for all; what: the error, 0 for half a write that says so, and negative for
+ * a signal that the program gets instead.
+ */
+void rig_fault_arm(const char *where, long which, long many, int what) {
+    strncpy(folder, where, sizeof folder - 1);
+    first = which;
+    last = many > 0 ? which + many - 1 : -1;
+    failure = what;
+    atomic_store(&calls, 0);
+    folder_length = strlen(folder);
 }
+
+long rig_fault_calls(void) { return atomic_load(&calls); }
 
 static int is_below(const char *path) {
     return folder_length > 0 && strncmp(path, folder, folder_length) == 0;
@@ -87,7 +80,12 @@ static int is_file_below(int handle) {
 
 static int fails(void) {
     long number = atomic_fetch_add(&calls, 1) + 1;
-    return first > 0 && number >= first && (last < 0 || number <= last);
+    if (first == 0 || number < first || (last >= 0 && number > last))
+        return 0;
+    if (failure >= 0)
+        return 1;
+    kill(getpid(), -failure);
+    return 0;
 }
 
 ssize_t write(int handle, const void *data, size_t size) {

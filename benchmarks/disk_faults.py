@@ -12,22 +12,24 @@ resumed. Needs a C compiler and Linux. Every round is drawn from seed and number
 import argparse
 import errno
 import json
-import os
 import random
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
+import time
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from benchmarks.failing_disk import arm, begin_with_it
+from benchmarks.kills.trial import OPTIONS
+from benchmarks.program import Ended, run_program, warm_up
 from rig.database import open_store
 from rig.errors import RigError
-from tests.support.small_sim import as_options
+from tests.support.stores import sqlite_url
 
 KINDS = {
     "EIO": errno.EIO,
@@ -36,10 +38,9 @@ KINDS = {
     "EDQUOT": errno.EDQUOT,
     "short write": 0,
 }
-SWEEP = ("sim", "--at-mm", "420,520,640,800,950,1150", "--samples", "1")
+SWEEP = ("sim", *OPTIONS, "--at-mm", "420,520,640,800,950,1150", "--samples", "1")
 SAME_PX = 0.02
 _DONE = re.compile(r"\[(\d+)/\d+\]")
-_SOURCE = Path(__file__).with_suffix(".c")
 
 
 @dataclass(frozen=True)
@@ -56,41 +57,17 @@ class Round:
     broken: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Ended:
-    """What a program left behind."""
-
-    code: int
-    err: str
-
-
-def build(folder: Path) -> Path:
-    """Compile the library that lets calls fail.
-
-    Raises:
-        FileNotFoundError: there is no C compiler.
-    """
-    compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
-    if compiler is None:
-        raise FileNotFoundError("no C compiler (cc, gcc, clang)")
-    made = folder / "disk_faults.so"
-    command = [compiler, "-O1", "-shared", "-fPIC", "-o", made, _SOURCE, "-ldl"]
-    subprocess.run(command, check=True, capture_output=True)
-    return made
-
-
 class Campaign:
-    """Sweeps with one library."""
+    """Sweeps that begin in one folder."""
 
-    def __init__(self, library: Path, folder: Path) -> None:
-        self._library = library
+    def __init__(self, folder: Path) -> None:
         self._folder = folder
+        warm_up(["sweep", *SWEEP, "--db", sqlite_url(self._fresh("warmed"))])
         store = self._fresh("counted")
-        ended = self._rig(store, "sweep", *SWEEP, *as_options(), fault=(0, 0, 0))
+        ended = self._rig(store, "sweep", *SWEEP, fault=(0, 0, 0))
         if ended.code not in (0, 3):
             raise RuntimeError(ended.err)
-        # Programs that it starts in between, a compiler's for one, tell their own numbers.
-        self._calls = max(map(int, (self._folder / "count").read_text().split()))
+        self._calls = ended.calls
         self._points = _slopes(store)
 
     def play(self, seed: int, number: int) -> Round:
@@ -99,7 +76,7 @@ class Campaign:
         kind = rng.choice(list(KINDS))
         call, calls = rng.randint(1, self._calls), rng.choice((1, 1, 3, 0))
         store = self._fresh(f"round_{number}")
-        ended = self._rig(store, "sweep", *SWEEP, *as_options(), fault=(call, calls, KINDS[kind]))
+        ended = self._rig(store, "sweep", *SWEEP, fault=(call, calls, KINDS[kind]))
         broken = list(_wrongly_said(ended))
         before, unread = _stored(store)
         broken += unread
@@ -116,8 +93,8 @@ class Campaign:
 
     def _resumed(self, store: Path, before: dict[tuple[int, int], str]) -> list[str]:
         """What is wrong after the disk is well again."""
-        words = ("--resume",) if before else SWEEP[1:]
-        ended = self._rig(store, "sweep", "sim", *words, *as_options())
+        words = ("--resume", *OPTIONS) if before else SWEEP[1:]
+        ended = self._rig(store, "sweep", "sim", *words)
         if ended.code != 0 and "it is concluded" in ended.err:
             ended = self._rig(store, "fit", "1")  # only its report was lost
         if ended.code not in (0, 3):
@@ -141,21 +118,9 @@ class Campaign:
         return store
 
     def _rig(self, store: Path, *words: str, fault: tuple[int, int, int] | None = None) -> Ended:
-        around = dict(os.environ, RIG_DATABASE=f"sqlite:///{store / 'rig.sqlite'}")
-        around.pop("RIG_FRAMES", None)
-        if fault is not None:
-            call, calls, what = fault
-            around |= {
-                "LD_PRELOAD": str(self._library),
-                "RIG_FAULT_FOLDER": str(store),
-                "RIG_FAULT_CALL": str(call),
-                "RIG_FAULT_CALLS": str(calls),
-                "RIG_FAULT_ERRNO": str(what),
-                "RIG_FAULT_COUNT": str(self._folder / "count"),
-            }
-        command = [sys.executable, "-m", "rig", *words]
-        done = subprocess.run(command, env=around, capture_output=True, text=True, timeout=300)  # noqa: PLW1510
-        return Ended(done.returncode, done.stderr)
+        call, count, what = fault or (0, 0, 0)
+        on = [*words, "--db", sqlite_url(store)]
+        return run_program(on, self._folder, first=lambda: arm(store, call, count, what))
 
 
 def _wrongly_said(ended: Ended) -> Sequence[str]:
@@ -175,7 +140,7 @@ def _stored(store: Path) -> tuple[dict[tuple[int, int], str], list[str]]:
     unread: list[str] = []
     if not (store / "rig.sqlite").is_file():
         return found, unread
-    with open_store(f"sqlite:///{store / 'rig.sqlite'}") as opened:
+    with open_store(sqlite_url(store)) as opened:
         for sweep in opened.sweeps():
             for sample in opened.samples(sweep.id):
                 found[sample.key] = " ".join(frame.sha256 for frame in sample.frames)
@@ -188,21 +153,27 @@ def _stored(store: Path) -> tuple[dict[tuple[int, int], str], list[str]]:
 
 def _slopes(store: Path) -> list[float]:
     """Slopes of the newest sweep, in the order of its plan."""
-    with open_store(f"sqlite:///{store / 'rig.sqlite'}") as opened:
+    with open_store(sqlite_url(store)) as opened:
         newest = max(sweep.id for sweep in opened.sweeps())
         return [m.slope_px or 0.0 for m in opened.measurements(newest).values()]
 
 
 def main(arguments: Sequence[str]) -> int:
+    """Play every round that is not on record yet."""
+    begin_with_it("benchmarks.disk_faults", arguments)
     parser = argparse.ArgumentParser(prog="python -m benchmarks.disk_faults")
     parser.add_argument("--count", type=int, default=50)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--record", type=Path)
+    parser.add_argument("--minutes", type=float, default=1e6, help="begin no round after these")
+    parser.add_argument("--record", type=Path, help="file of JSON lines, continued")
     asked = parser.parse_args(arguments)
     rounds = [_round(line) for line in _lines(asked.record)]
     with tempfile.TemporaryDirectory(prefix="rig-disk-") as folder:
-        campaign = Campaign(build(Path(folder)), Path(folder))
+        campaign = Campaign(Path(folder))
+        until_s = time.monotonic() + 60.0 * asked.minutes
         for number in range(len(rounds), asked.count):
+            if time.monotonic() > until_s:
+                break
             played = campaign.play(asked.seed, number)
             rounds.append(played)
             if asked.record is not None:

@@ -1,30 +1,27 @@
 """`rig` in a process of its own that was forked here, so that its modules need not be read again.
 
-Only modules are read before the fork: no thread and no device is there yet.
+See `benchmarks.warm` for what is there before the fork: no thread, no device and no file.
 """
 
-import importlib
 import os
 import select
 import signal
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchmarks.failing_disk import calls
+from benchmarks.warm import warm_up
 from rig.calibrate.album import Album
 from rig.cli import main
 from rig.database import Store
 from tests.support.signalled import watched_carriages, way_they_go
 
 _PATIENCE_S = 240.0
-for _module in (
-    "calibrate.calibrate", "capture.on_rig", "cli.verbs", "report.page", "store.backup",
-    "store.migrate", "store.repair", "sweep.measure_again", "sweep.sweep",
-):  # what verbs import, read before any fork  # fmt: skip
-    importlib.import_module(f"rig.{_module}")
+__all__ = ["Ended", "run_program", "warm_up"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +36,8 @@ class Ended:
     """Where the simulated stage was at its end; empty where it did not come to say so."""
     stored: tuple[str, ...]
     """Samples and pictures that the store has acknowledged, each by its key."""
+    calls: int
+    """That a library of `benchmarks.failing_disk` has counted, where the program came to say so."""
 
 
 def run_program(
@@ -47,6 +46,7 @@ def run_program(
     *,
     kill_after_s: float | None = None,
     number: int = signal.SIGKILL,
+    first: Callable[[], object] | None = None,
 ) -> Ended:
     """Run `rig WORDS`, and disturb it after a while.
 
@@ -55,15 +55,17 @@ def run_program(
         folder: for its journal.
         kill_after_s: when to send the signal; None lets it end.
         number: the signal.
+        first: called in the new process before anything else.
     """
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix="rig-said-") as name:
         said = Path(name)
         pid = os.fork()
         if pid == 0:
-            _child([str(word) for word in words], said)
+            _child([str(word) for word in words], said, first or (lambda: None))
         code = _waited(pid, kill_after_s, number)
-        texts = [_text(said / stream) for stream in ("out", "err", "stage", "stored")]
-    return Ended(code, texts[0], texts[1], texts[2], tuple(texts[3].splitlines()))
+        texts = [_text(said / stream) for stream in ("out", "err", "stage", "stored", "calls")]
+    stored = tuple(texts[3].splitlines())
+    return Ended(code, texts[0], texts[1], texts[2], stored, int(texts[4] or 0))
 
 
 def _text(file: Path) -> str:
@@ -85,7 +87,7 @@ def _waited(pid: int, kill_after_s: float | None, number: int) -> int:
     return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
 
 
-def _child(words: list[str], said: Path) -> None:
+def _child(words: list[str], said: Path, first: Callable[[], object]) -> None:
     code = 1
     try:
         for stream, name in ((1, "out"), (2, "err")):
@@ -94,12 +96,14 @@ def _child(words: list[str], said: Path) -> None:
         for one in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(one, signal.SIG_DFL)
         signal.signal(signal.SIGINT, signal.default_int_handler)
+        first()
         code = _run(words, said)
     except BaseException as error:  # whatever it is, the parent is told
         sys.stderr.write(f"Traceback of the program: {type(error).__name__}: {error}\n")
     finally:
         sys.stdout.flush()
         sys.stderr.flush()
+        (said / "calls").write_text(str(calls()))
         os._exit(code)
 
 

@@ -14,6 +14,8 @@ _NAMED = re.compile(
     r"(\"[^\"]*\"|'[^']*'|[^\s&;]+)",
     re.IGNORECASE,
 )
+_USER = re.compile(r"([a-z][a-z0-9+.-]*://)[^\s/@?#\"']+@", re.IGNORECASE)
+_USER_NAMED = re.compile(r"([?&;]user(?:name)?=)[^\s&;\"']+", re.IGNORECASE)
 
 
 def is_secret(name: str) -> bool:
@@ -27,6 +29,18 @@ def without_secrets(text: str) -> str:
     Rather too much is hidden than too little.
     """
     return _NAMED.sub(rf"\1{HIDDEN}", _USER_INFO.sub(rf"\1:{HIDDEN}@", text))
+
+
+def without_people(text: str, home: str) -> str:
+    """Return a text for others: without secrets, users in URLs, and the folder of who runs this.
+
+    Args:
+        text: any.
+        home: folder of the user, which then is `~`; empty leaves folders as they are.
+    """
+    shown = _USER.sub(rf"\1{HIDDEN}@", without_secrets(text))
+    shown = _USER_NAMED.sub(rf"\1{HIDDEN}", shown)
+    return re.sub(rf"{re.escape(home)}(?=[/\\\"'\s]|$)", "~", shown) if home else shown
 
 
 def words_without_secrets(words: Sequence[str]) -> list[str]:

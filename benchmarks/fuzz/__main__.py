@@ -16,6 +16,7 @@ import os
 import random
 import sys
 import tempfile
+import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -49,12 +50,15 @@ def main(arguments: Sequence[str]) -> int:
     known = list(_recorded(asked.record))
     names = asked.only.split(",") if asked.only else [source.name for source in SOURCES]
     batches: list[Batch] = []
+    until_s = time.monotonic() + 60.0 * asked.minutes
     for source in (source for source in SOURCES if source.name in names):
         count = max(1, round(asked.count * source.share))
         for first in range(asked.first, asked.first + count, BATCH):
             size = min(BATCH, asked.first + count - first)
             place = (source.name, asked.seed, first, size)
             found = next((b for b in known if (b.source, b.seed, b.first, b.count) == place), None)
+            if found is None and time.monotonic() > until_s:
+                break
             if found is None:
                 found = _in_a_process(source, asked.seed, first, size)
                 _record(asked.record, found)
@@ -71,6 +75,7 @@ def _asked(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0, help="number of the first input")
     parser.add_argument("--only", default="", help="parsers, with commas between them")
+    parser.add_argument("--minutes", type=float, default=1e6, help="begin no batch after these")
     parser.add_argument("--record", type=Path, help="a file with one line of JSON a batch")
     return parser.parse_args(arguments)
 

@@ -33,7 +33,8 @@ class CaptureFolder:
         made: who captured it and with what, for `run.json`; None leaves that file out.
 
     Raises:
-        StoreError: the folder cannot be written.
+        OwnedError: another program captures into it.
+        StoreError: the folder holds another capture, or cannot be written.
     """
 
     name = "files"
@@ -43,7 +44,12 @@ class CaptureFolder:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._lock = FolderLock(folder)  # another capture into it would mix with this one
-            self._facts = open(folder / FACTS, "w", encoding="utf-8", opener=no_link)  # noqa: SIM115
+            try:
+                _require_no_other(folder)
+                self._facts = open(folder / FACTS, "w", encoding="utf-8", opener=no_link)  # noqa: SIM115
+            except BaseException:
+                self._lock.release()
+                raise
         except OSError as error:
             raise StoreError(
                 f"capture folder {folder}: cannot be written: {error.strerror}",
@@ -131,3 +137,23 @@ class CaptureFolder:
             "processing": self._run.profile.processing.applied,
             "warnings": list(measured.slopes.warnings),
         }
+
+
+def _require_no_other(folder: Path) -> None:
+    """Refuse a folder in which multi-views are listed: maps of both would be taken for one capture.
+
+    Raises:
+        OSError: its list may not be read.
+        StoreError: multi-views are listed.
+    """
+    file = folder / FACTS
+    if file.is_symlink() or not file.is_file():  # a link is refused when it is opened to write
+        return
+    with file.open("rb") as lines:
+        count = sum(1 for _ in lines)
+    if count:
+        raise StoreError(
+            f"asked to capture into {folder}, found a capture of {count} multi-views there "
+            f"({FACTS})",
+            advice="no capture is continued: choose another folder with --out, or move that one",
+        )

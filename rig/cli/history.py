@@ -322,3 +322,17 @@ def _show_known(cells: list[list[str]], header: tuple[str, ...]) -> None:
     rows = [[row[place] for place in kept] for row in cells]
     for line in table(rows, [header[place] for place in kept]):
         show(line)
+
+
+def newest_as_dict(found: "History", where: str, rig: str | None, count: int) -> dict[str, object]:
+    """Return what programs are told of the newest sweeps and calibrations.
+
+    Args:
+        found: all that is stored.
+        where: the database.
+        rig: only of this rig; None for all.
+        count: so many of each.
+    """
+    sweeps = [row for row in found.sweeps if rig in (None, row.rig)][-count:]
+    calibrations = [row for row in found.calibrations if rig in (None, row.rig)][-count:]
+    return dict(_as_dict(where, sweeps, calibrations, found))

@@ -13,6 +13,7 @@ NEXT: dict[str, str] = {
     "target": "print it at 100 %, measure it, then rig check {profile}",
     "check": "rig calibrate {profile}, or rig sweep {profile} where it is calibrated",
     "check, no move": "rig check {profile} with its stage, once the way of the carriage is clear",
+    "check, bundle": "look through the bundle and send it; rig check PROFILE --bundle says more",
     "check, fail": "do what stands behind the arrows, then rig check {profile} again",
     "calibrate": "rig sweep {profile}; without a stage rig capture {profile}",
     "calibrate, one camera": "rig export {calibration} --format opencv, or ros",

@@ -52,6 +52,15 @@ ProfileName = Annotated[
         autocompletion=profile_names,
     ),
 ]
+MaybeProfileName = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="PROFILE",
+        help="Name of a profile (`rig profile list`) or a path to a TOML file.",
+        autocompletion=profile_names,
+        show_default=False,
+    ),
+]
 SweepNumber = Annotated[
     int,
     typer.Argument(

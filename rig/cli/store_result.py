@@ -6,12 +6,18 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rig.store.manifest import Manifest
     from rig.store.prune import Prunable
+    from rig.store.prune_albums import PrunableAlbum
+    from rig.store.prune_captures import PrunableCapture
     from rig.store.repair import Repair
     from rig.store.usage import Usage
     from rig.store.verify import Finding, Inventory
 
 _UNITS = ("bytes", "kB", "MB", "GB", "TB")
 _STEP = 1000.0
+MOST_SHOWN = 50
+"""Lines of one kind; `--json` has all."""
+DAMAGED = 3
+"""Exit code."""
 
 
 def size_in_words(size: int) -> str:
@@ -75,6 +81,46 @@ def prunable_row(sweep: "Prunable") -> list[str]:
         str(sweep.samples),
         f"{size_in_words(sweep.bytes)}, {sweep.verdict}",
     ]
+
+
+def album_as_dict(album: "PrunableAlbum") -> dict[str, object]:
+    """Return what programs are told of a calibration whose pictures go."""
+    return {
+        "calibration": album.calibration_id,
+        "rig": album.rig,
+        "made_at": album.made_at.isoformat(),
+        "verdict": album.verdict,
+        "folder": str(album.folder),
+        "pictures": album.pictures,
+        "bytes": album.bytes,
+    }
+
+
+def album_row(album: "PrunableAlbum") -> list[str]:
+    """Return the same as cells of a table."""
+    return [
+        str(album.calibration_id),
+        album.rig,
+        f"{album.made_at.astimezone():%Y-%m-%d %H:%M %Z}",
+        str(album.pictures),
+        f"{size_in_words(album.bytes)}, {album.verdict}",
+    ]
+
+
+def capture_as_dict(capture: "PrunableCapture") -> dict[str, object]:
+    """Return what programs are told of a capture that goes."""
+    return {
+        "folder": str(capture.folder),
+        "rig": capture.rig,
+        "begun_at": capture.begun_at.isoformat(),
+        "bytes": capture.bytes,
+    }
+
+
+def capture_row(capture: "PrunableCapture") -> list[str]:
+    """Return the same as cells of a table."""
+    begun = f"{capture.begun_at.astimezone():%Y-%m-%d %H:%M %Z}"
+    return [capture.folder.name, capture.rig, begun, size_in_words(capture.bytes)]
 
 
 def usage_as_dict(found: "Usage") -> dict[str, object]:

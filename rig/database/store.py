@@ -28,6 +28,7 @@ from rig.database.frames import (
     sample_folder,
     sweep_folder,
 )
+from rig.database.history_rows import history_rows
 from rig.database.leases import Now, database_now, sweep_lease
 from rig.database.location import Location, locate
 from rig.database.measurements import MeasurementShelf
@@ -304,7 +305,7 @@ class Store(CalibrationShelf, DriftShelf, MeasurementShelf, CurveShelf, UpkeepSh
                 for sweep_id in queries.sweep_ids(session)
                 if sweep_lease(sweep_id) in at_work
             }
-            return queries.history_rows(session, by_sweep)
+            return history_rows(session, by_sweep)
 
     @property
     def may_be_written(self) -> bool:

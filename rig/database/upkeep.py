@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session
 from rig.database import queries, row_check
 from rig.database.convert import calibration_value, drift_value
 from rig.database.copying import copied_rows, copy_rows, is_empty
+from rig.database.history_rows import history_rows
 from rig.database.leases import LeaseShelf, sweep_lease
 from rig.database.schema import writing
 from rig.database.tables import CalibrationRow, DriftRow, LeaseRow, SampleRow, SweepRow
@@ -54,7 +55,7 @@ class UpkeepShelf(LeaseShelf):
                 for number in good["sweeps"]
                 if sweep_lease(number) in at_work
             }
-            rows = queries.history_rows(session, by_sweep, good["sweeps"], good["curves"])
+            rows = history_rows(session, by_sweep, good["sweeps"], good["curves"])
             missing = _missing(_sample_places(session), frames)
             kept = select(CalibrationRow).where(CalibrationRow.id.in_(good["calibrations"]))
             calibrations = session.scalars(kept.order_by(CalibrationRow.id)).all()

@@ -18,6 +18,8 @@ _SWEEP = re.compile(r"^\d+_\d{8}-\d{6}$")
 _HALF_WRITTEN = re.compile(r"^\..*\.tmp$|^\.check-\d+$")
 ALBUM = "calibration_"
 PICTURES = "pictures.jsonl"
+PRUNED = "pruned.json"
+"""In an album whose pictures were given up on purpose: when."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +31,8 @@ class Album:
     """By folder of the picture: SHA-256 by name of the file."""
     damaged: tuple[str, ...]
     """Lines of the list that cannot be read."""
+    is_pruned: bool = False
+    """Whether its pictures were given up on purpose: it should have none."""
 
 
 def entries(folder: Path) -> list[Path]:
@@ -65,11 +69,15 @@ def album_folders(frames: Path) -> Iterator[Path]:
 
 
 def read_album(folder: Path) -> Album:
-    """Read which pictures an album has; a last line that was cut off is none.
+    """Read which pictures an album has: none where they were pruned.
+
+    A last line that was cut off is no picture.
 
     Raises:
         StoreError: its list may not be read.
     """
+    if (folder / PRUNED).is_file():
+        return Album(folder, {}, (), is_pruned=True)
     pictures: dict[str, Mapping[str, str]] = {}
     damaged: list[str] = []
     with disk_explained("read the list of pictures", folder):

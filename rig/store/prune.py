@@ -1,4 +1,7 @@
-"""`rig store prune`: images of old sweeps go, slopes and curves stay."""
+"""`rig store prune`: images of old sweeps go, slopes and curves stay.
+
+Albums of calibrations and captures: `rig.store.prune_albums`, `rig.store.prune_captures`.
+"""
 
 import shutil
 from collections.abc import Sequence
@@ -27,9 +30,17 @@ class PruneRequest:
     """Whose images go; what is None is not asked."""
 
     before: datetime | None = None
-    """Only sweeps that ended earlier."""
+    """Only what ended earlier."""
     rig: str | None = None
     verdict: Verdict | None = None
+
+    def is_met(self, ended_at: datetime, rig: str, verdict: Verdict | None) -> bool:
+        """Tell whether something is meant; a verdict that was asked for is not met by none."""
+        return (
+            (self.before is None or ended_at < self.before)
+            and self.rig in (None, rig)
+            and self.verdict in (None, verdict)
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +83,7 @@ def prunable(store: "Store", request: PruneRequest) -> tuple[Prunable, ...]:
         verdict = verdict_of(row)
         if verdict is None or row.at_work is not None or row.id not in folders:
             continue
-        if _is_meant(row, verdict, request):
+        if request.is_met(row.ended_at or row.started_at, row.rig, verdict):
             own = folders[row.id]
             size = sum(map(size_of, own))
             found.append(Prunable(row.id, row.rig, row.started_at, verdict, len(own), size))
@@ -115,15 +126,6 @@ def verdict_of(row: "HistoryRow") -> Verdict | None:
             return "failed"
         case _:
             return None
-
-
-def _is_meant(row: "HistoryRow", verdict: Verdict, request: PruneRequest) -> bool:
-    ended_at = row.ended_at or row.started_at
-    return (
-        (request.before is None or ended_at < request.before)
-        and request.rig in (None, row.rig)
-        and request.verdict in (None, verdict)
-    )
 
 
 def _remove(store: "Store", sweep_id: int) -> None:

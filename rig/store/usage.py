@@ -9,7 +9,8 @@ from rig.store.layout import ALBUM, ORPHANS, entries, is_sweep_folder, rig_folde
 if TYPE_CHECKING:
     from rig.database import Store
 
-BESIDE = ("captures", "comparisons")
+CAPTURES = "captures"
+BESIDE = (CAPTURES, "comparisons")
 """Folders beside the frames that verbs make by themselves."""
 
 

@@ -200,12 +200,16 @@ def _sample_folder(
 
 def _inside_album(frames: Path, folder: Path) -> Iterator[Finding]:
     lease = f"album {folder.parent.name}/{folder.name}"
-    pictures = read_album(folder).pictures
+    album = read_album(folder)
     for path in entries(folder):
         place = path.relative_to(frames).as_posix()
         if is_half_written(path):
             yield _stray(frames, path, lease)
-        elif path.is_dir() and path.name.startswith("picture_") and path.name not in pictures:
+        elif not (path.is_dir() and path.name.startswith("picture_")):
+            continue
+        elif album.is_pruned:
+            yield Finding("pruned", place, "its removal was cut short", lease)
+        elif path.name not in album.pictures:
             yield Finding("orphan", place, "a picture that the list does not know", lease)
 
 

@@ -22,7 +22,7 @@ def play(*words: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.parametrize(
     ("verb", "count"),
-    [("sweep", 1), ("backup", 3), ("migrate", 4)],
+    [("sweep", 3), ("calibrate", 2), ("capture", 3), ("fit", 3), ("backup", 4), ("migrate", 5)],
 )
 def test_what_was_killed_goes_on_and_nothing_is_lost(verb: str, count: int):
     played = play("--verb", verb, "--count", str(count))
@@ -32,6 +32,6 @@ def test_what_was_killed_goes_on_and_nothing_is_lost(verb: str, count: int):
 
 
 def test_what_is_told_to_end_says_what_was_saved():
-    played = play("--signals", "--verb", "backup", "--count", "2")
+    played = play("--signals", "--verb", "backup", "--verb", "fit", "--count", "3")
     assert played.returncode == 0, played.stdout + played.stderr
-    assert played.stdout.count("; 0 broken promises") == 1
+    assert played.stdout.count("; 0 broken promises") == 2

@@ -235,6 +235,32 @@ def test_the_folder_shows_its_last_frame(tmp_path: Path):
     assert [path.name for path in (tmp_path / "none").iterdir()] == ["frames.jsonl"]
 
 
+def test_a_folder_that_holds_a_capture_takes_no_second_one(tmp_path: Path):
+    camera, _ = tiny_rig()
+    first, second = frames(2)
+    folder = CaptureFolder(tmp_path, camera.run)
+    folder.write(first)
+    folder.write(second)
+    folder.close()
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    says = r"found a capture of 2 multi-views there .* choose another folder with --out"
+    for _ in range(2):  # the first refusal has let go of the folder
+        with pytest.raises(StoreError, match=says):
+            CaptureFolder(tmp_path, camera.run)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_link_in_place_of_the_list_of_multi_views_is_no_capture_and_is_refused(tmp_path: Path):
+    camera, _ = tiny_rig()
+    outside = tmp_path / "outside"
+    outside.write_text("precious\n")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "frames.jsonl").symlink_to(outside)
+    with pytest.raises(StoreError, match=r"cannot be written: .*symbolic links"):
+        CaptureFolder(tmp_path / "out", camera.run)
+    assert outside.read_text() == "precious\n"
+
+
 def test_the_folder_knows_who_captured_it_and_with_what(tmp_path: Path):
     camera, _ = tiny_rig()
     wanted = CaptureRequest(1, None, tmp_path / "out", note="cold", tags=("night",))

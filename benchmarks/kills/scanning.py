@@ -3,7 +3,9 @@
 import json
 from pathlib import Path
 
+from benchmarks.kills.trial import Trial
 from benchmarks.program import Ended, run_program
+from rig.live.captured import read_capture
 from tests.support.small_scan import SMALL_SCAN
 from tests.support.small_sim import as_options
 from tests.support.stores import sqlite_url
@@ -59,3 +61,29 @@ def views_of(folder: Path) -> list[str]:
     """Return the names of the views that were taken."""
     lines = [json.loads(text) for name, text in takes(folder).items() if name.endswith("json")]
     return sorted({line["view"] for line in lines})
+
+
+class ScanTrial(Trial):
+    """`rig capture` with a camera on a slider, gone on with by `--resume`."""
+
+    verb = "scan"
+
+    def prepare(self, folder: Path) -> None:
+        """See `Trial.prepare`: it begins with nothing."""
+
+    def words(self, folder: Path) -> list[str]:
+        """See `Trial.words`."""
+        return scan_words(folder)
+
+    def words_again(self, folder: Path) -> list[str]:
+        """See `Trial.words_again`; `lost` has gone on already, a complete scan is given again."""
+        return scan_words(folder, "--resume")
+
+    def result(self, folder: Path) -> object:
+        """The views that were taken, and the slopes of the light field."""
+        (frame,) = read_capture(folder / "maps")
+        return views_of(folder), bool((frame.label > 0).any())
+
+    def lost(self, folder: Path, ended: Ended) -> list[str]:
+        """See `Trial.lost`."""
+        return lost_in(folder, ended)

@@ -4,9 +4,11 @@
     python -m benchmarks.kills --verb sweep --signals --count 100
     python -m benchmarks.kills --verb migrate --database postgresql+psycopg://user@host/rig
 
-Every round is drawn from seed, verb and number alone, but for the speed of the machine: the moment
-is a share of the time that the verb took undisturbed. With `--record` a second call goes on where
-the first one ended. Exit code 1 where a promise was broken.
+Every round is drawn from seed, verb and number alone. Half of the moments are a share of the time
+that the verb took undisturbed, so they depend on the speed of the machine; the other half are one
+of its calls that write, synchronise, open, rename or make a folder. With `--record` a second call
+goes on where the first one ended. Exit code 1 where a promise was broken. Needs Linux and a C
+compiler.
 """
 
 import argparse
@@ -24,15 +26,18 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from benchmarks.killed_verbs import VERBS, Trial
-from benchmarks.program import Ended, run_program
+from benchmarks.failing_disk import arm, begin_with_it
+from benchmarks.kills.trial import Trial
+from benchmarks.kills.verbs import VERBS
+from benchmarks.program import Ended, run_program, warm_up
 
 QUIET = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 INTERRUPTED = 130
 EARLIEST_S = 0.1
 """Before this the program may not have taken over its signals yet, and it is Python that ends."""
 _NOT_BEGUN = "Traceback of the program: KeyboardInterrupt"
-_FEW = 10
+BY_CALL = 0.5
+"""Share of the rounds that end at a call."""
 LATEST = 1.05
 """Of the time of an undisturbed run; later ones have ended by themselves."""
 
@@ -45,22 +50,38 @@ class Round:
     number: int
     signal: int
     after_s: float
+    call: int
+    """Of those that the disk sees, instead of a time; 0 for none."""
     code: int
     """How it ended: negative for the signal."""
     broken: tuple[str, ...]
 
 
-def play(trial: Trial, number: int, seed: int, whole_s: float, *, is_told: bool) -> Round:
+@dataclass(frozen=True)
+class Whole:
+    """One verb undisturbed."""
+
+    took_s: float
+    calls: int
+    wanted: str
+
+
+def play(trial: Trial, number: int, seed: int, whole: Whole, *, is_told: bool) -> Round:
     """Begin a verb, disturb it, look what is left, and let it go on."""
     draw = random.Random(f"{seed} {trial.verb} {number}")  # noqa: S311  (nobody guesses)
     kind = draw.choice(QUIET) if is_told else signal.SIGKILL
-    after_s = draw.random() * LATEST * whole_s
+    after_s = draw.random() * LATEST * whole.took_s
+    call = draw.randint(1, whole.calls) if whole.calls and draw.random() < BY_CALL else 0
     with workplace() as folder:
         trial.prepare(folder)
-        ended = run_program(trial.words(folder), folder, kill_after_s=after_s, number=kind)
+        words = trial.words(folder)
+        if call:
+            ended = run_program(words, folder, first=lambda: arm(folder, call, 1, -kind))
+        else:
+            ended = run_program(words, folder, kill_after_s=after_s, number=kind)
         broken = _way_out(ended, kind, after_s) if is_told else []
         broken += trial.broken(folder, ended)
-    return Round(trial.verb, number, kind, after_s, ended.code, tuple(broken))
+    return Round(trial.verb, number, kind, after_s, call, ended.code, tuple(broken))
 
 
 def _way_out(ended: Ended, number: int, after_s: float) -> list[str]:
@@ -93,19 +114,24 @@ def workplace() -> Generator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def timed(trial: Trial, times: int) -> float:
-    """Return how long a verb takes undisturbed, the last time; from the second on all is warm."""
-    took_s = 0.0
-    for _ in range(times):
-        with workplace() as folder:
-            trial.prepare(folder)
-            begun_s = time.monotonic()
-            ended = run_program(trial.words(folder), folder)
-            took_s = time.monotonic() - begun_s
-            if ended.code not in (0, 3):
-                raise SystemExit(f"rig {trial.verb} ends with {ended.code}: {ended.err}")
-            trial.reference(folder)
-    return took_s
+def undisturbed(trial: Trial) -> Whole:
+    """Run a verb as it is, and keep how long it takes and what it leaves."""
+    with workplace() as folder:
+        trial.prepare(folder)
+        begun_s = time.monotonic()
+        ended = run_program(trial.words(folder), folder, first=lambda: arm(folder, 0, 0, 0))
+        took_s = time.monotonic() - begun_s
+        if ended.code not in (0, 3):
+            raise SystemExit(f"rig {trial.verb} ends with {ended.code}: {ended.err}")
+        trial.reference(folder)
+    return Whole(took_s, ended.calls, trial.wanted)
+
+
+def warm(trial: Trial) -> None:
+    """Let a verb run here once, so that every round is quick."""
+    with workplace() as folder:
+        trial.prepare(folder)
+        warm_up(trial.words(folder))
 
 
 class Campaign:
@@ -114,7 +140,7 @@ class Campaign:
     def __init__(self, options: argparse.Namespace) -> None:
         self._options = options
         self._trials = [VERBS[verb](options.database) for verb in options.verb or sorted(VERBS)]
-        self._whole_s: dict[str, float] = {}
+        self._whole: dict[str, Whole] = {}
         self.rounds = _recorded(options.record, options.seed)
         self._until_s = time.monotonic() + 60.0 * options.minutes
 
@@ -125,28 +151,29 @@ class Campaign:
                 if number >= self._done(trial.verb) and time.monotonic() < self._until_s:
                     self._play(trial, number)
 
-    def _undisturbed(self, trial: Trial) -> float:
+    def _undisturbed(self, trial: Trial) -> Whole:
         """Return how long a verb takes; what it leaves is known to the trial from then on."""
         record = self._options.record
         file = None if record is None else record.with_suffix(f".{trial.verb}.json")
+        warm(trial)
         if file is not None and file.exists():
-            kept = json.loads(file.read_text())
-            trial.wanted = kept["wanted"]
-            return kept["whole_s"]
-        whole_s = timed(trial, 1 if self._options.count < _FEW else 2)
+            whole = Whole(**json.loads(file.read_text()))
+            trial.wanted = whole.wanted
+            return whole
+        whole = undisturbed(trial)
         if file is not None:
-            file.write_text(json.dumps({"whole_s": whole_s, "wanted": trial.wanted}))
-        return whole_s
+            file.write_text(json.dumps(asdict(whole)))
+        return whole
 
     def _done(self, verb: str) -> int:
         is_told = self._options.signals
         return sum(o.verb == verb and (o.signal != signal.SIGKILL) == is_told for o in self.rounds)
 
     def _play(self, trial: Trial, number: int) -> None:
-        if trial.verb not in self._whole_s:
-            self._whole_s[trial.verb] = self._undisturbed(trial)
-        seed, whole_s = self._options.seed, self._whole_s[trial.verb]
-        self.rounds.append(play(trial, number, seed, whole_s, is_told=self._options.signals))
+        if trial.verb not in self._whole:
+            self._whole[trial.verb] = self._undisturbed(trial)
+        seed, whole = self._options.seed, self._whole[trial.verb]
+        self.rounds.append(play(trial, number, seed, whole, is_told=self._options.signals))
         if self._options.record is not None:
             with self._options.record.open("a") as file:
                 file.write(json.dumps({"seed": seed, **asdict(self.rounds[-1])}) + "\n")
@@ -154,6 +181,7 @@ class Campaign:
 
 def main() -> int:
     """Play every round that is not on record yet, and say what came of them."""
+    begin_with_it("benchmarks.kills", sys.argv[1:])
     parser = argparse.ArgumentParser(description="Verbs that are ended at any moment.")
     parser.add_argument("--count", type=int, default=100, help="rounds of every verb")
     parser.add_argument("--seed", type=int, default=1)
@@ -187,7 +215,8 @@ def _told(rounds: Sequence[Round], seed: int) -> int:
         faults = sum(len(one.broken) for one in mine)
         print(f"seed {seed}: {verb}: {len(mine)} rounds, ended {told}; {faults} broken promises")
     for one, fault in broken:
-        print(f"{one.verb} {one.number}, signal {one.signal} after {one.after_s:.3f} s: {fault}")
+        when = f"at call {one.call}" if one.call else f"after {one.after_s:.3f} s"
+        print(f"{one.verb} {one.number}, signal {one.signal} {when}: {fault}")
     return 1 if broken else 0
 
 
