@@ -39,11 +39,17 @@ def read_foreign(path: Path, source: str | None = None) -> Foreign:
         FormatError: it is of no known format, or of another than was said, or damaged.
         StoreError: it cannot be read.
     """
-    found = geometry_format(recognise(path) if source is None else source)
+    is_said = source is not None
+    if source is None:
+        known = recognise(path)
+        source, path = known.source, known.path
+    found = geometry_format(source)
+    if found.path and path.is_dir():
+        path = path / found.path
     try:
         geometry = found.read(path)
     except (FormatError, StoreError) as error:
-        other = None if source is None else _recognised(path)
+        other = _recognised(path) if is_said else None
         if other is None or other == source:
             raise
         raise FormatError(
@@ -55,7 +61,7 @@ def read_foreign(path: Path, source: str | None = None) -> Foreign:
 
 def _recognised(path: Path) -> str | None:
     try:
-        return recognise(path)
+        return recognise(path).source
     except (FormatError, StoreError):
         return None
 
