@@ -77,7 +77,7 @@ def import_calibration(
             if lengths is None:
                 require_plausible(geometry, profile)
             else:
-                geometry = in_unit(geometry, profile, foreign.mm_per_unit, lengths)
+                geometry = in_unit(geometry, profile, foreign.unit_mm, lengths)
         reference = geometry.cameras[geometry.reference]
         number = store.save_calibration(
             rig=profile.name,

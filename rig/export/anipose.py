@@ -11,8 +11,8 @@ from typing import ClassVar
 
 from rig.errors import FormatError
 from rig.export import fields
-from rig.export.common_frame import seen_from_one
 from rig.export.geometry_format import GeometryExport, GeometryFormat
+from rig.export.seen_from_one import seen_from_one
 from rig.export.toml_cameras import camera_of, pose_of, read_toml
 from rig.files import write_bytes
 from rig.geometry.rig_geometry import RigGeometry
@@ -84,6 +84,6 @@ class AniposeExport(GeometryExport):
         ("none", "brown5", "brown8", "fisheye"),
         write,
         read,
-        mm_per_unit=1.0,
+        unit_mm=1.0,
         comments=(FILE,),
     )

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from rig.errors import FormatError
 from rig.export import fields
-from rig.export.common_frame import seen_from_one
 from rig.export.geometry_format import GeometryFormat
+from rig.export.seen_from_one import seen_from_one
 from rig.export.toml_cameras import camera_of, pose_of, read_toml
 from rig.geometry.rig_geometry import RigGeometry
 

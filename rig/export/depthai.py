@@ -17,8 +17,8 @@ import numpy as np
 
 from rig.errors import FormatError
 from rig.export import fields, oak_gen1
-from rig.export.common_frame import seen_from_one
 from rig.export.opencv_lens import fisheye_lens, opencv_lens
+from rig.export.seen_from_one import seen_from_one
 from rig.files import read_bytes, write_bytes
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.pose import Pose

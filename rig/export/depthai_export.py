@@ -35,7 +35,7 @@ class DepthaiExport(GeometryExport):
         ("none", "brown5", "brown8", "fisheye"),
         depthai.write,
         depthai.read,
-        mm_per_unit=None,
+        unit_mm=None,
     )
 
     socket: Mapping[str, str] = field(default_factory=dict[str, str])

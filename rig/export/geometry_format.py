@@ -37,7 +37,7 @@ class GeometryFormat:
     write: Callable[[RigGeometry, Path], None] | None
     """Takes the geometry and the file or folder to write; None for one that is only read."""
     read: Callable[[Path], RigGeometry]
-    mm_per_unit: float | None = 1000.0
+    unit_mm: float | None = 1000.0
     """Of its lengths, or as they are taken; None where every file tells."""
     comments: tuple[str, ...] = ()
     """Files that take a comment, `{view}` for each view; none where a format has no comments."""
@@ -140,7 +140,10 @@ def export_geometry(
     path = folder / target.path if target.path else folder
     writer = write or target.write
     if writer is None:
-        raise ConfigError(f"format {target.name} asked to be written, it is only read")
+        raise ConfigError(
+            f"format {target.name} asked to be written, it is only read",
+            advice="write another; other tools convert",
+        )
     writer(written, path)
     if weak is not None:
         write_weakness(_commented(target, written, folder), weak)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from rig.errors import FormatError, StoreError
 from rig.export.agreement import aligned
-from rig.export.common_frame import seen_from_one
 from rig.export.geometry_format import geometry_format
 from rig.export.recognise import recognise
+from rig.export.seen_from_one import seen_from_one
 from rig.export.verdict import read_weakness
 from rig.geometry.rig_geometry import RigGeometry
 from rig.profile import Profile
@@ -21,7 +21,7 @@ class Foreign:
     source: str
     """Name of its format."""
     geometry: RigGeometry
-    mm_per_unit: float | None
+    unit_mm: float | None
     """Of its lengths, as they were read; None where the file tells."""
     weak: str | None
     """Verdict that the file carries, of a calibration that was weak when it was exported."""
@@ -39,23 +39,29 @@ def read_foreign(path: Path, source: str | None = None) -> Foreign:
         FormatError: it is of no known format, or of another than was said, or damaged.
         StoreError: it cannot be read.
     """
-    found = geometry_format(recognise(path) if source is None else source)
+    is_said = source is not None
+    if source is None:
+        known = recognise(path)
+        source, path = known.source, known.path
+    found = geometry_format(source)
+    if found.path and path.is_dir():
+        path = path / found.path
     try:
         geometry = found.read(path)
     except (FormatError, StoreError) as error:
-        other = None if source is None else _recognised(path)
+        other = _recognised(path) if is_said else None
         if other is None or other == source:
             raise
         raise FormatError(
             f"{path}: asked to read it as {source}, found {other} ({error.found})",
             advice=f"give --format {other}, or leave --format out",
         ) from error
-    return Foreign(found.name, geometry, found.mm_per_unit, read_weakness(path, found.comments))
+    return Foreign(found.name, geometry, found.unit_mm, read_weakness(path, found.comments))
 
 
 def _recognised(path: Path) -> str | None:
     try:
-        return recognise(path)
+        return recognise(path).source
     except (FormatError, StoreError):
         return None
 

@@ -106,7 +106,8 @@ def _camera(entry: fields.Fields, where: str) -> CameraModel:
     if projection != "pinhole" or model not in _MODELS:
         raise FormatError(
             f"{where}: camera model {projection} with {model} is not known here",
-            advice=f"known are pinhole with {', '.join(_MODELS)}",
+            advice=f"known are pinhole with {', '.join(_MODELS)}: calibrate again in Kalibr with "
+            "--models pinhole-radtan or pinhole-equi",
         )
     lens, count = _MODELS[model]
     coefficients = fields.numbers(

@@ -15,9 +15,9 @@ from typing import ClassVar
 from rig.bounded_text import read_text
 from rig.errors import FormatError
 from rig.export import fields
-from rig.export.common_frame import seen_from_one
 from rig.export.geometry_format import GeometryExport, GeometryFormat
 from rig.export.opencv_lens import opencv_lens
+from rig.export.seen_from_one import seen_from_one
 from rig.files import write_bytes
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.lens import LensModel

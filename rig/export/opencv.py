@@ -235,6 +235,6 @@ class OpencvExport(GeometryExport):
         ("none", "brown5", "brown8", "fisheye"),
         write,
         read,
-        mm_per_unit=1.0,
+        unit_mm=1.0,
         comments=(FILE, *_SAMPLE),
     )

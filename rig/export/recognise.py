@@ -99,8 +99,22 @@ _OTHERS = (
 )  # fmt: skip
 
 
-def recognise(path: Path) -> str:
-    """Return the name of the format of a calibration.
+_FOLDERS = ("ros", "opencv", "mrcal", "colmap")
+"""Formats of which one calibration can be several files; the others are one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recognised:
+    """Whose calibration something is."""
+
+    source: str
+    """Name of its format."""
+    path: Path
+    """What the format's reader takes: the folder, or the one file in it."""
+
+
+def recognise(path: Path) -> Recognised:
+    """Return the format of a calibration.
 
     Args:
         path: file, or folder with one calibration.
@@ -110,26 +124,34 @@ def recognise(path: Path) -> str:
         StoreError: it cannot be read.
     """
     if not path.is_dir():
-        return _of_file(path)
+        return Recognised(_of_file(path), path)
     if any((path / f"cameras{suffix}").exists() for suffix in (".txt", ".bin")):
-        return "colmap"
-    found: dict[str, str] = {}
+        return Recognised("colmap", path)
+    found: dict[str, list[Path]] = {}
     refused: FormatError | None = None
     for file in _files(path):
         try:
-            found.setdefault(_of_file(file), file.name)
+            found.setdefault(_of_file(file), []).append(file)
         except FormatError as error:
             refused = refused or error
         except StoreError:  # one that may not be read says nothing of the others
             continue
     if len(found) > 1:
         raise FormatError(
-            f"{path}: holds calibrations of {' and '.join(found)} ({', '.join(found.values())})",
+            f"{path}: holds calibrations of {' and '.join(found)} "
+            f"({', '.join(files[0].name for files in found.values())})",
             advice="say which with --format, or give the one file",
         )
     if not found:
         raise refused or FormatError(f"{path}: holds no file", advice="give another folder")
-    return next(iter(found))
+    ((source, files),) = found.items()
+    if len(files) > 1 and source not in _FOLDERS:
+        raise FormatError(
+            f"{path}: holds {len(files)} calibrations of {source} "
+            f"({', '.join(file.name for file in files[:4])})",
+            advice="give the one file",
+        )
+    return Recognised(source, files[0] if len(files) == 1 else path)
 
 
 def _files(folder: Path) -> Iterator[Path]:

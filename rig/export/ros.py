@@ -146,7 +146,8 @@ def _camera(entry: fields.Fields, where: str) -> CameraModel:
     if model not in _LENSES:
         raise FormatError(
             f"{where}: distortion_model {model} is not known here",
-            advice=f"known are {', '.join(_LENSES)}",
+            advice=f"known are {', '.join(_LENSES)}; calibrate again with one of these, e.g. by "
+            "cameracalibrator of ROS",
         )
     lens, count = _LENSES[model]
     coefficients = _data(entry, "distortion_coefficients", None, where)

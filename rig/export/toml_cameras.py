@@ -64,7 +64,7 @@ def is_fisheye(table: fields.Fields, where: str) -> bool:
     return said
 
 
-def pose_of(table: fields.Fields, mm_per_unit: float, where: str) -> Pose:
+def pose_of(table: fields.Fields, unit_mm: float, where: str) -> Pose:
     """Return the pose of a table, from the common frame into the camera.
 
     Raises:
@@ -73,7 +73,7 @@ def pose_of(table: fields.Fields, mm_per_unit: float, where: str) -> Pose:
     moved = fields.numbers(
         fields.field(table, "translation", where), f"{where} translation", count=3
     )
-    moved_mm = [mm_per_unit * length for length in moved]
+    moved_mm = [unit_mm * length for length in moved]
     turn = fields.field(table, "rotation", where)
     if isinstance(turn, Sequence) and len(cast("Sequence[object]", turn)) == 3:
         first = cast("Sequence[object]", turn)[0]

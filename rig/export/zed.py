@@ -121,5 +121,5 @@ def _number(
 
 
 FORMAT = GeometryFormat(
-    "zed", "the factory's calibration of a ZED", "", (), None, read, mm_per_unit=1.0
+    "zed", "the factory's calibration of a ZED", "", (), None, read, unit_mm=1.0
 )

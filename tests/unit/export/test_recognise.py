@@ -28,15 +28,17 @@ def geometry() -> RigGeometry:
 @pytest.mark.parametrize("name", WRITTEN)
 def test_what_is_written_is_recognised_under_any_name(tmp_path: Path, name: str) -> None:
     out = export_geometry(geometry(), geometry_format(name), tmp_path / "out").path
-    assert recognise(out) == name
+    assert recognise(out).source == name
     assert read_foreign(out).source == name
+    assert read_foreign(tmp_path / "out").source == name
+    assert read_foreign(tmp_path / "out", name).source == name
     if out.is_dir() and name != "colmap":
         file = min(out.iterdir())
     else:
         file = out / "cameras.txt" if out.is_dir() else out
     renamed = tmp_path / "something.dat"
     renamed.write_bytes(file.read_bytes())
-    assert recognise(renamed) == name
+    assert recognise(renamed).source == name
 
 
 def test_what_is_only_read_is_recognised_under_any_name(tmp_path: Path) -> None:
@@ -48,15 +50,15 @@ def test_what_is_only_read_is_recognised_under_any_name(tmp_path: Path) -> None:
         "mrcal": foreign_files.mrcal(told.cameras[0], "LENSMODEL_OPENCV5", [0.0] * 6),
     }.items():
         file.write_text(text)
-        assert recognise(file) == name
+        assert recognise(file).source == name
     file.write_text(foreign_files.caliscope(told, old=True))
-    assert recognise(file) == "caliscope"
+    assert recognise(file).source == "caliscope"
     file.write_bytes(b"\0" * 444)
-    assert recognise(file) == "depthai"
+    assert recognise(file).source == "depthai"
     (tmp_path / "model").mkdir()
     foreign_files.colmap_binary(told, tmp_path / "model")
-    assert recognise(tmp_path / "model") == "colmap"
-    assert recognise(tmp_path / "model" / "images.bin") == "colmap"
+    assert recognise(tmp_path / "model").source == "colmap"
+    assert recognise(tmp_path / "model" / "images.bin").source == "colmap"
 
 
 @pytest.mark.parametrize(
@@ -94,8 +96,12 @@ def test_a_folder_of_two_calibrations_is_told_with_both(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("taken on Monday")
     with pytest.raises(FormatError, match=r"of depthai and kalibr \(a.json, b.yaml\)"):
         recognise(tmp_path)
+    (tmp_path / "b.yaml").write_text('{"cameraData": []}')
+    with pytest.raises(FormatError, match=r"2 calibrations of depthai \(a.json, b.yaml\)"):
+        recognise(tmp_path)
     (tmp_path / "b.yaml").unlink()
-    assert recognise(tmp_path) == "depthai"
+    assert recognise(tmp_path).path == tmp_path / "a.json"
+    assert recognise(tmp_path).source == "depthai"
 
 
 def test_folders_without_a_calibration_are_told(tmp_path: Path) -> None:
@@ -130,7 +136,7 @@ def test_a_damaged_file_of_the_format_that_was_said_is_told_as_damaged(tmp_path:
 def test_any_file_is_recognised_or_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "file").write_bytes(content)
     try:
-        found = recognise(tmp_path / "file")
+        found = recognise(tmp_path / "file").source
     except FormatError as error:
         assert error.advice
     else:

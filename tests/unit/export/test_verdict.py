@@ -2,15 +2,16 @@
 
 import os
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from rig.database import open_store
-from rig.errors import FormatError
-from rig.export.formats import formats_of, written_formats
-from rig.export.geometry_format import export_geometry, geometry_format
+from rig.errors import ConfigError, FormatError
+from rig.export.formats import format_named, formats_of, written_formats
+from rig.export.geometry_format import export_geometry, geometry_format, stored_geometry
 from rig.export.geometry_import import read_foreign
 from rig.export.length_choice import CHOICES
 from rig.export.lengths import in_unit, require_plausible
@@ -18,6 +19,7 @@ from rig.export.verdict import quality_of_import, read_weakness, weakness, write
 from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 from rig.profile.load import load_profile
+from rig.records import StoredCalibration
 from tests.support.command import Command
 from tests.unit.export.test_geometry_import import geometry_of
 from tests.unit.export.test_recognise import geometry
@@ -197,3 +199,22 @@ def test_units_that_cannot_be_set_are_told() -> None:
         in_unit(two_apart(500.0), PROFILE, None, "mm")
     with pytest.raises(FormatError, match="stand at one place"):
         in_unit(two_apart(0.0), PROFILE, 1.0, "profile")
+
+
+@pytest.mark.parametrize("name", ["caliscope", "zed"])
+def test_formats_that_are_only_read_are_not_written(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ConfigError, match=f"format {name} asked to be written, it is only read"):
+        export_geometry(geometry(), geometry_format(name), tmp_path)
+    with pytest.raises(ConfigError, match="is only read here") as refused:
+        format_named(name).load()
+    assert "ros, kalibr" in refused.value.advice
+    assert name not in written_formats()
+
+
+def test_a_calibration_of_lenslets_is_told_as_one_that_no_format_holds() -> None:
+    stored = StoredCalibration(
+        7, "sim-lenslet", datetime(2026, 1, 1, tzinfo=UTC), {"lenslets": {}}, {}, {}, {}, {}, None,
+        (10, 10), active=True,
+    )  # fmt: skip
+    with pytest.raises(FormatError, match="calibration 7 is one of lenslets"):
+        stored_geometry(stored)
