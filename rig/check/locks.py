@@ -64,5 +64,5 @@ def unlocked(camera: CameraConfig, identity: Mapping[str, str]) -> list[str]:
     return [
         key
         for key, control in _LOCKS.items()
-        if key in fields and getattr(camera, key) is None and control in has
+        if key in fields and getattr(camera, key) is None and control in has.lower()
     ]

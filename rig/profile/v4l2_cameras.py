@@ -83,6 +83,11 @@ class V4l2CameraConfig(CameraConfig):
         regions = self.regions.values()
         return next((r.size_px for r in regions), (self.width_px, self.height_px))
 
+    def size_of(self, view: str) -> tuple[int, int]:
+        """See `CameraConfig.size_of`."""
+        region = self.regions.get(view)
+        return self.picture_px if region is None else region.size_px
+
     @property
     def asked_rate_hz(self) -> float:
         """See `CameraConfig.asked_rate_hz`."""
@@ -136,11 +141,7 @@ class V4l2CameraConfig(CameraConfig):
                     f"{self.pixel_format} holds the pixels of two views in turn; give parts of the "
                     f'layout interleaved for {", ".join(odd)}, as "interleaved:1"'
                 )
-        sizes = dict.fromkeys(self.devices, self.picture_px)
-        sizes |= {view: region.size_px for view, region in self.regions.items()}
-        if len(set(sizes.values())) > 1:
-            listed = ", ".join(f"{view} {w} x {h} px" for view, (w, h) in sizes.items())
-            raise ValueError(f"views must have one size, found {listed}; correct parts")
+        _ = self.regions  # raises where a part is not inside its picture
         return self
 
     @model_validator(mode="after")

@@ -25,9 +25,13 @@ _SETTLES_S: Final = 0.2
 """After the start, frames only tell how the camera's clock stands: the quickest of several does."""
 _MOST_LATE: Final = 8
 """As many frames wait at most; then all the old ones are through."""
-_TOLD: Final = ("PixelFormat", "Width", "Height", "ExposureTime", "ExposureTimeAbs", "Gain",
-                "GainRaw", "AcquisitionFrameRate", "AcquisitionFrameRateAbs", "TriggerMode",
-                "TriggerSource", "TriggerActivation", "DeviceTemperature")  # fmt: skip
+_TOLD: Final = (
+    *("PixelFormat", "Width", "Height"),
+    *("ExposureAuto", "ExposureTime", "ExposureTimeAbs", "GainAuto", "Gain", "GainRaw"),
+    *("AcquisitionFrameRate", "AcquisitionFrameRateAbs"),
+    *("TriggerMode", "TriggerSource", "TriggerActivation", "DeviceTemperature"),
+)
+"""Features whose values are kept with a run; `rig check` looks there for what is not locked."""
 
 
 class GenicamCamera:
@@ -293,5 +297,5 @@ def _told_by(device: GenicamDevice, asked: str) -> dict[str, str]:
         "model": f"{read('DeviceVendorName')} {read('DeviceModelName')}".strip(),
         "serial": read("DeviceSerialNumber", "DeviceID") or asked,
         "firmware": read("DeviceFirmwareVersion", "DeviceVersion"),
-        "features": " ".join(applied),
+        "controls": " ".join(applied),
     }

@@ -46,7 +46,8 @@ class Faults:
 class GigeCamera:
     """A camera at an address of the loopback interface, between `__enter__` and `__exit__`.
 
-    Every pixel of frame n has the value n (and of a mosaic and of colours as well).
+    Every pixel of frame n has the value n (and of a mosaic and of colours as well), unless
+    something is painted.
     """
 
     def __init__(
@@ -60,12 +61,14 @@ class GigeCamera:
         first_frame_id: int = 1,
         tick_hz: int = 1_000_000_000,
         without: tuple[str, ...] = (),
+        paint: Callable[[], bytes] | None = None,
     ) -> None:
         self.address, self.serial = address, serial
         self.faults = faults or Faults()
         self.memory = Memory(address, model, serial, user_name, tick_hz, without)
         self.writes: list[tuple[str, float]] = []
         self.sent = 0
+        self._paint = paint
         self._first_frame_id, self._tick_hz = first_frame_id, tick_hz
         self._pulses: deque[float] = deque()
         self._selected = {"TriggerMode": [1.0, 0.0], "ChunkEnable": [0.0, 0.0, 0.0]}
@@ -194,7 +197,9 @@ class GigeCamera:
         width, height = int(self.memory["Width"]), int(self.memory["Height"])
         code = int(self.memory["PixelFormat"])
         count = width * height
-        if code == PIXEL_FORMATS["Mono12"]:
+        if self._paint is not None and code == PIXEL_FORMATS["Mono8"]:
+            picture = self._paint()
+        elif code == PIXEL_FORMATS["Mono12"]:
             picture = np.full(count, frame % 4096, "<u2").tobytes()
         elif code == PIXEL_FORMATS["Mono12p"]:
             value = frame % 4096

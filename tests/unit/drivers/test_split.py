@@ -57,6 +57,25 @@ def test_one_frame_becomes_all_views_of_one_instant():
     )
 
 
+def test_parts_of_one_picture_may_differ_in_size():
+    picture = np.arange(48 * 64, dtype=np.uint16).reshape(48, 64).astype(np.uint8)
+    parts = {"wide": {"width_px": 48}, "narrow": {"x_px": 48, "y_px": 8, "height_px": 32}}
+    config = V4l2CameraConfig.model_validate(
+        {
+            **{"kind": "v4l2", "devices": dict.fromkeys(parts, "/dev/array"), "parts": parts},
+            **{"width_px": 64, "height_px": 48, "rate_hz": 10, "pixel_format": "GREY"},
+        }
+    )
+    assert (config.size_of("wide"), config.size_of("narrow")) == ((48, 48), (16, 32))
+    clock = VirtualClock(start_s=100.0)
+    kernel = FakeVideoKernel({"/dev/array": painting(picture)}, clock)
+    (camera,) = cameras_of(config, kernel, clock)
+    with camera:
+        wide, narrow = camera.grab(1.0).frames
+    assert np.array_equal(wide.image, picture[:, :48])
+    assert np.array_equal(narrow.image, picture[8:40, 48:])
+
+
 @pytest.mark.parametrize("layout", ["two-by-two", "four-side-by-side"])
 def test_an_array_of_four_sensors_is_four_views(layout: str):
     picture = np.arange(64, dtype=np.uint8)[None, :] + 64 * np.arange(2, dtype=np.uint8)[:, None]

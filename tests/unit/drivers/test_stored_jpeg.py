@@ -1,5 +1,6 @@
 """Stored JPEG pictures that are damaged in the middle, which a decoder conceals."""
 
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -14,10 +15,15 @@ from benchmarks.mjpg import KINDS, coded, scene
 from rig.errors import DeviceLostError
 
 
+@cache
+def shown() -> np.ndarray:
+    return scene(5)
+
+
 def stored(*options: int, kind: int = 0) -> bytes:
     if options:
-        return cv2.imencode(".jpg", scene(5), options)[1].tobytes()
-    return coded(scene(5), *KINDS[kind][1:]).tobytes()
+        return cv2.imencode(".jpg", shown(), options)[1].tobytes()
+    return coded(shown(), *KINDS[kind][1:]).tobytes()
 
 
 def test_damage_that_a_decoder_conceals_is_told_with_the_file(tmp_path: Path):

@@ -84,10 +84,6 @@ def test_the_places_of_a_layout_are_the_picture_taken_apart(
             {"left": "side-by-side:1", "right": {"x_px": 330, "width_px": 320}},
             r"parts\.right: asked for x 330\.\.649, y 0\.\.199, the picture has 640 x 200 px",
         ),
-        (
-            {"left": "two-by-two:1", "right": {"layout": "two-by-two", "place": 2, "y_px": 90}},
-            r"one size, found left 320 x 100 px, right 320 x 10 px",
-        ),
         ({"left": "side-by-side:1"}, r"devices names /dev/one for 2 views.*where right lies"),
         ({"middle": "whole:1"}, "parts names no view: middle"),
         ({"left": "side-by-side:3"}, "side-by-side has places 1 to 2, found 3"),

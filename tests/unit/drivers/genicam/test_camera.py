@@ -8,6 +8,7 @@ from rig_genicam.camera import GenicamCamera
 from rig_genicam.door import Buffer, Packets
 from rig_sim.clock import VirtualClock
 
+from rig.check.locks import unlocked
 from rig.errors import CaptureTimeoutError, ConfigError, DeviceLostError, DeviceNotFoundError
 from tests.support.genicam_device import MemoryDevice, MemoryLibrary, buffer
 from tests.unit.drivers.genicam.test_settings import config_of
@@ -214,13 +215,23 @@ def test_a_camera_that_takes_no_rate_is_told_where_it_runs_at_another():
         list(itertools.islice(camera.stream(), 8))
 
 
+def test_what_is_left_to_the_camera_is_found_by_the_check():
+    device = MemoryDevice(VirtualClock(100.0))
+    camera = GenicamCamera(
+        config_of(), "a", library=MemoryLibrary({"M1": device}), clock=device.clock
+    )
+    with camera:
+        assert unlocked(config_of(), camera.identity) == ["exposure_s", "gain"]
+        assert unlocked(config_of(exposure_s=0.004, gain=1.0), camera.identity) == []
+
+
 def test_it_says_who_it_is_what_was_set_and_what_the_network_did():
     camera, device = camera_of()
     assert camera.identity == {"kind": "genicam", "model": "", "serial": "M1"}
     with camera:
         assert camera.identity["model"] == "Rig Memory"
-        assert camera.identity["features"].startswith("PixelFormat=Mono8 Width=32 Height=16 ")
-        assert "ExposureTime=4000.0" in camera.identity["features"]
+        assert camera.identity["controls"].startswith("PixelFormat=Mono8 Width=32 Height=16 ")
+        assert "ExposureTime=4000.0" in camera.identity["controls"]
         assert "packets" not in camera.identity
         device.packets = Packets(received=90, missing=2, resent=3)
         assert camera.identity["packets"] == "90 received, 2 missing, 3 resent"

@@ -4,7 +4,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from rig_genicam.config import PixelFormat
 from rig_genicam.pixels import PixelError, layout_of, to_picture
@@ -124,6 +124,7 @@ def test_chunks_behind_a_picture_are_none_of_it():
     assert picture([1, 2, 3, 4, 99, 99], "Mono8", 2, 2).tolist() == [[1, 2], [3, 4]]
 
 
+@settings(max_examples=60)
 @given(
     data=st.binary(max_size=200),
     pixel_format=st.sampled_from(FORMATS),

@@ -1,7 +1,7 @@
 """The clock and the counter of a camera, as the host reads them."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from rig_genicam.clock_relation import ClockRelation
 from rig_genicam.frame_numbers import FrameNumbers
@@ -28,6 +28,7 @@ def test_a_clock_that_steps_back_begins_anew(device_s: float):
     assert relation.arrival_s(device_s, 7.0) == 7.0
 
 
+@settings(max_examples=30)
 @given(st.lists(st.tuples(st.floats(0.001, 1.0), st.floats(0.0, 0.5)), min_size=1, max_size=80))
 def test_no_frame_came_later_than_it_came(frames: list[tuple[float, float]]):
     relation, device_s = ClockRelation(), 0.0
