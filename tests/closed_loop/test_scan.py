@@ -13,7 +13,7 @@ from tests.support.stores import sqlite_url
 
 pytestmark = pytest.mark.slow
 
-KEEP = "call:rig_drivers.scan.kept:OnDisk.keep"
+KEEP = "call:rig_drivers.scan.on_disk:OnDisk.keep"
 PUT = "call:rig.files:sync_folder"
 MOVE = "call:rig_sim.carriage:Carriage.follow"
 ROW = ("camera.row.at_mm=[-20.0, 0.0, 12.5]", "quality.valid_share_pct=0.0")

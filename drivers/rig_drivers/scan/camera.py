@@ -11,8 +11,9 @@ from rig.frames import MultiView
 from rig.profile import ScanCameraConfig
 from rig.profile.kinds import Surroundings
 from rig.scan import ScanTimes
-from rig_drivers.scan.kept import InMemory, Keeping, Kept, OnDisk, begin, go_on
+from rig_drivers.scan.kept import InMemory, Keeping, Kept
 from rig_drivers.scan.multiview import multiview_of
+from rig_drivers.scan.on_disk import OnDisk, begin, go_on
 from rig_drivers.scan.route import Halt, route, still_to_take
 
 _NAME = "camera scan"

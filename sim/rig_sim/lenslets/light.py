@@ -12,6 +12,7 @@ from rig.errors import ConfigError
 from rig.profile import LensletWorldConfig, WorldConfig
 from rig_sim.board import INK, PAPER, Board
 from rig_sim.lenslets.array import Index, TrueArray
+from rig_sim.lenslets.wall import Wall
 from rig_sim.render_analytic import seen
 from rig_sim.scenes.catalogue import static_surfaces
 
@@ -104,6 +105,13 @@ class RawLight:
         ink = (inks[0] * inks[1] + signs[0] * signs[1]) / 2.0
         light = cover * PAPER - ink * (PAPER - INK) + (1.0 - cover) * self._bench
         return (light * self._passed).astype(np.float32)
+
+    def of_wall(self, wall: Wall) -> Picture:
+        """Return the light (H, W) of a wall that fills the picture, 1 = full scale."""
+        start, along = self._rays
+        place = start + along * (wall.distance_mm / along[..., 2])[..., None]
+        light = wall.light(place[..., 0], place[..., 1], self._sigma_mm(wall.distance_mm))
+        return (PAPER * light * self._passed).astype(np.float32)
 
     @cached_property
     def _cells(self) -> tuple[Array, Array, Index, Index]:

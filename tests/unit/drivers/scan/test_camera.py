@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rig_drivers.scan.camera import ScanCamera
-from rig_drivers.scan.kept import begin, go_on
+from rig_drivers.scan.on_disk import begin, go_on
 from rig_drivers.scan.route import Halt, route, still_to_take
 from rig_sim.bench import plugged_world
 from rig_sim.camera import SimCamera
