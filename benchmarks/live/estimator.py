@@ -7,7 +7,7 @@ from functools import cache, partial
 import cv2
 import numpy as np
 
-from benchmarks.live.timing import Times, on_threads, race, speed_up
+from benchmarks.live.timing import Times, on_threads, race, serial_share, speed_up
 from benchmarks.slopes.dino import dino_folder, load_dino
 from benchmarks.slopes.scenes import SPARSE, Recipe, make_scene
 from rig.compare.baselines import BASELINES
@@ -122,7 +122,7 @@ def threads() -> None:
             ways[f"{count}"] = partial(_on, count, Followed(given))
         times = race(ways, _ROUNDS)
         one, two = times["1"], times[f"{_THREADS}"]
-        share = two.serial_share(_THREADS)
+        share = serial_share(ways[f"{_THREADS}"], _ROUNDS)
         gains = ", ".join(f"{n}: {speed_up(share, n):.2f}" for n in (2, 4, 8, 16))
         print(
             f"followed {name}: one thread {one.wall_ms:.1f} ms wall, {one.cpu_ms:.1f} ms cpu; two "

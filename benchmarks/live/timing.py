@@ -9,6 +9,7 @@ from statistics import median
 
 import cv2
 
+from rig.compute import bands
 from rig.compute.cores import VARIABLE
 
 
@@ -22,14 +23,30 @@ class Times:
     caller_ms: float
     """Processor time of the calling thread alone."""
 
-    def serial_share(self, threads: int) -> float:
-        """Share of the work that one thread does while the others wait (G. Amdahl, 1967).
 
-        The caller does all of the serial part s and its band of the rest: caller = s + p / n and
-        cpu = s + p. Unlike wall times, processor times tell it on a machine that others use too.
-        """
-        serial_ms = (threads * self.caller_ms - self.cpu_ms) / (threads - 1)
-        return min(max(serial_ms / self.cpu_ms, 0.0), 1.0)
+def serial_share(run: Callable[[], object], rounds: int) -> float:
+    """Share of the processor time that is spent outside of what threads share, hand-overs included.
+
+    Unlike wall times, and unlike what each thread does (whoever is free takes the next band), that
+    hardly depends on what else the machine is doing.
+    """
+    shared_s: list[float] = []  # appending is safe from several threads
+    plain = bands.do_band
+
+    def timed(work: Callable[[int, int], None], start: int, stop: int) -> None:
+        begun = time.thread_time()
+        plain(work, start, stop)
+        shared_s.append(time.thread_time() - begun)
+
+    bands.do_band = timed
+    try:
+        begun = time.process_time()
+        for _ in range(rounds):
+            run()
+        whole_s = time.process_time() - begun
+    finally:
+        bands.do_band = plain
+    return 1.0 - sum(shared_s) / whole_s
 
 
 def speed_up(serial_share: float, threads: int) -> float:

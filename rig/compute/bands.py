@@ -45,7 +45,7 @@ class _Job:
         """Take bands until none is left; return when no other thread is in the middle of one."""
         try:
             while (taken := self._taken()) is not None:
-                _work(*taken)
+                do_band(*taken)
         finally:
             self._close()  # whatever happens, nothing of this call runs on
         if self._error is not None:
@@ -55,7 +55,7 @@ class _Job:
         """Take bands until none is left; the leader tells of what goes wrong."""
         while (taken := self._taken(lent=1)) is not None:
             try:
-                _work(*taken)
+                do_band(*taken)
             except BaseException as error:
                 self._error = error
             with self._mutex:
@@ -142,7 +142,8 @@ def run_in_bands(work: Work, count: int) -> None:
     job.lead()
 
 
-def _work(work: Work, start: int, stop: int) -> None:
+def do_band(work: Work, start: int, stop: int) -> None:
+    """Call `work(start, stop)`, which gets one band for all that it asks to be shared itself."""
     _here.is_working = True
     try:
         work(start, stop)

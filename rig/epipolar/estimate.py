@@ -14,7 +14,7 @@ from rig.epipolar.contest import contested
 from rig.epipolar.drift import local_drift, variance_of_slopes
 from rig.epipolar.in_turn import broad_drift, handed_on, known_rivals, pooled_in_turn
 from rig.epipolar.line import LineFits
-from rig.epipolar.median import guided_median, near_jumps
+from rig.epipolar.median import settle_edges
 from rig.epipolar.mending.usable import seen_views
 from rig.epipolar.noise.local import reply_share
 from rig.epipolar.noise.model import CrossNoise, NoiseModel
@@ -39,7 +39,6 @@ from rig.epipolar.views import RectifiedViews, SlopeMap, SlopePrior
 _FEWEST_THIN = 3
 """Views from which on every second pixel of a followed frame will do."""
 
-_MEDIAN_RADIUS_PX = 4
 _MEDIAN_ROUNDS = {Effort.FOLLOWED: 1, Effort.COARSE: 1, Effort.FULL: 2}
 """One where the edges have been settled before: in the last frame, at half size."""
 _JUMP_LABELS = 3.0
@@ -132,7 +131,13 @@ def _estimate(
         images, cameras, window, scales, splines, drift, known_rivals(ready), ready.effort
     )
     movable = window.is_wider(_JUMP_LABELS * cameras.step_px)
-    edged = window.hold(_settle_edges(window.hold(found.slope_px), movable, ready))
+    edged = settle_edges(
+        window.hold(found.slope_px), grey, movable,
+        jump_px=1.5 * cameras.step_px,
+        grey_scale=1.4 * scales.likeness,
+        rounds=_MEDIAN_ROUNDS[ready.effort],
+    )  # fmt: skip
+    edged = window.hold(edged)
     if ready.effort is Effort.COARSE or ready.is_one_sided:
         nowhere = np.zeros(images.shape, np.bool_)
         _, (joined, _) = refine(images, splines, edged, nowhere, cameras, scales, drift, FAR)
@@ -318,19 +323,3 @@ def _with_doubt_of(places: Placement | None, found: SlopeMap, range_px: float) -
 def _moved(cameras: Cameras, placement: Placement) -> Cameras:
     x_steps = cameras.x_steps + placement.steps[:, 0]
     return Cameras(x_steps, cameras.y_steps + placement.steps[:, 1], cameras.reference)
-
-
-def _settle_edges(
-    slope_px: NDArray[np.float32], movable: NDArray[np.bool_], ready: Ready
-) -> NDArray[np.float32]:
-    """Move slope edges to the grey edges of the reference view, where they may move."""
-    for _ in range(_MEDIAN_ROUNDS[ready.effort]):
-        jumps = near_jumps(slope_px, 1.5 * ready.cameras.step_px, _MEDIAN_RADIUS_PX)
-        slope_px = guided_median(
-            slope_px,
-            ready.images[ready.cameras.reference],
-            jumps & movable,
-            radius_px=_MEDIAN_RADIUS_PX,
-            grey_scale=1.4 * ready.scales.likeness,
-        )
-    return slope_px

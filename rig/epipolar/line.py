@@ -19,16 +19,12 @@ from rig.compute.bands import run_in_bands, run_side_by_side
 from rig.compute.kernel import kernel
 from rig.epipolar.chessboard import mean_around, thinned
 from rig.epipolar.drift_fit import drift_of_all, light_of
+from rig.epipolar.normal_equations import SUMS, WW, W, add_view, lock, step
 from rig.epipolar.rank import mean
 from rig.epipolar.sampling import pad, sample_points
 from rig.epipolar.search.halves import ABOVE, BELOW, HALVES, LEFT, RIGHT, assign_halves
 
 MISFIT_LIMIT = 3.0
-_SUMS = 9
-_W, _WJ, _WG, _WJJ, _WJG, _NOISE_JJ, _WGG, _WW, _NOISE_JG = range(_SUMS)
-"""The sums over the views i of a pixel, by index: weights w, tilts j (grey per px per step), grey
-differences g to the reference; what noise alone puts into the sums of jj and of jg; and w squared.
-"""
 _MAPS = 6
 _SLOPE, _INFORMATION, _SIGNAL, _MISFIT, _SCATTER, _FREEDOM = range(_MAPS)
 """What the kernel fills in, in the order of `LineFits`."""
@@ -167,8 +163,8 @@ def _fit_lines(
     columns, here = np.empty(width, np.float32), np.empty(width, np.float32)
     stride = np.int64(1 if width == wide else 2)
     poor, members = np.empty((HALVES, width), np.float32), np.empty((HALVES, width), np.float32)
-    sums = np.empty((_SUMS, width), np.float32)
-    lock, lit = np.empty(width, np.float32), np.empty(width, np.float32)
+    sums = np.empty((SUMS, width), np.float32)
+    drawn, lit = np.empty(width, np.float32), np.empty(width, np.float32)
     for v in range(start, stop):
         here[:] = np.float32(v)
         for u in range(width):
@@ -185,19 +181,19 @@ def _fit_lines(
                 light_of(centre[v], drift, v, x_steps[i], y_steps[i], lit)
                 _compare(grey[i], lit, seen[i], per_scale, poor[half[i]], members[half[i]])
         sums[:] = np.float32(0)
-        sums[_W] = sums[_WW] = np.float32(1)  # the reference itself: difference and tilt are 0
+        sums[W] = sums[WW] = np.float32(1)  # the reference itself: difference and tilt are 0
         _find_hidden(poor, members, maps[_MISFIT, v], sight[v])
         for i in range(views):
             if half[i] >= 0:
                 # Variance of the tilt by noise, which is independent along the row and down.
                 noise = derivative_variance * (x_steps[i] * x_steps[i] + y_steps[i] * y_steps[i])
-                lock[:] = np.float32(0)
+                drawn[:] = np.float32(0)
                 if x_steps[i] != 0:
-                    _lock(columns, start_slope[v], x_steps[i], locking, lock)
+                    lock(columns, start_slope[v], x_steps[i], locking, drawn)
                 if y_steps[i] != 0:
-                    _lock(here, start_slope[v], y_steps[i], locking, lock)
-                _add_view(grey[i], tilt[i], seen[i], members[half[i]], lock, per_scale, noise, sums)
-        _step(
+                    lock(here, start_slope[v], y_steps[i], locking, drawn)
+                add_view(grey[i], tilt[i], seen[i], members[half[i]], drawn, per_scale, noise, sums)
+        step(
             sums, reach, start_slope[v], maps[_SLOPE, v], maps[_INFORMATION, v], maps[_SIGNAL, v],
             maps[_SCATTER, v], maps[_FREEDOM, v],
         )  # fmt: skip
@@ -259,90 +255,3 @@ def _find_hidden(
         mean[u] = total / max(na[u] + nb[u] + nc[u] + nd[u], np.float32(1e-6))
         all_kept = keep_a * keep_b * keep_c * keep_d > zero
         sight[u] = UNSEEN if not any_view else SEEN if all_kept else HALF_HIDDEN
-
-
-@kernel()
-def _lock(
-    places: NDArray[np.float32],
-    slope: NDArray[np.float32],
-    step: np.float32,
-    locking: NDArray[np.float32],
-    lock: NDArray[np.float32],
-) -> None:
-    """Add what noise makes of the product of grey value and tilt, by one axis.
-
-    A polynomial of the place s between two pixels, from -0.5 to 0.5: odd, since the two sides of
-    the middle are mirror images.
-    """
-    c1, c3, c5 = locking[0], locking[1], locking[2]
-    half = np.float32(0.5)
-    for u in range(len(lock)):
-        place = places[u] - slope[u] * step
-        s = place - np.floor(place) - half
-        s2 = s * s
-        lock[u] -= step * s * (c1 + s2 * (c3 + s2 * c5))
-
-
-@kernel()
-def _add_view(
-    grey: NDArray[np.float32],
-    tilt: NDArray[np.float32],
-    seen: NDArray[np.float32],
-    members: NDArray[np.float32],
-    lock: NDArray[np.float32],
-    per_scale: np.float32,
-    noise: np.float32,
-    sums: NDArray[np.float32],
-) -> None:
-    """Add one view to the sums; a view of a hidden half, or outside the picture, has weight 0."""
-    one, zero = np.float32(1), np.float32(0)
-    sw, swj, swg, swjj, swjg = sums[_W], sums[_WJ], sums[_WG], sums[_WJJ], sums[_WJG]
-    swgg, sww, swn, swl = sums[_WGG], sums[_WW], sums[_NOISE_JJ], sums[_NOISE_JG]
-    for u in range(len(grey)):
-        g, j = grey[u], tilt[u]
-        t = g * per_scale
-        w = (seen[u] if members[u] > zero else zero) / (one + t * t)
-        wj = w * j
-        sw[u] += w
-        swj[u] += wj
-        swg[u] += w * g
-        swjj[u] += wj * j
-        swjg[u] += wj * g
-        swn[u] += w * noise
-        swgg[u] += w * g * g
-        sww[u] += w * w
-        swl[u] += w * lock[u]
-
-
-@kernel()
-def _step(
-    sums: NDArray[np.float32],
-    reach: np.float32,
-    start_slope: NDArray[np.float32],
-    slope: NDArray[np.float32],
-    information: NDArray[np.float32],
-    signal: NDArray[np.float32],
-    scatter: NDArray[np.float32],
-    freedom: NDArray[np.float32],
-) -> None:
-    """Solve for slope and grey value; the grey value is eliminated (mean-centred sums).
-
-    info = sum w j^2 - (sum w j)^2 / sum w, cross = sum w j g - (sum w j)(sum w g) / sum w, and the
-    step is d = -cross / info. Centring takes the share 1 / sum w of every variance away, hence the
-    factors 1 - 1 / sum w at what noise alone puts into the sums; freedom, what the scatter is for a
-    noise of 1 where one value and one slope are fitted, is sum w - 2 sum w^2 / sum w.
-    """
-    one, zero = np.float32(1), np.float32(0)
-    sw, swj, swg, swjj, swjg = sums[_W], sums[_WJ], sums[_WG], sums[_WJJ], sums[_WJG]
-    swgg, sww, swn, swl = sums[_WGG], sums[_WW], sums[_NOISE_JJ], sums[_NOISE_JG]
-    for u in range(len(slope)):
-        info = swjj[u] - swj[u] * swj[u] / sw[u]
-        cross = swjg[u] - swj[u] * swg[u] / sw[u] - swl[u] * (one - one / sw[u])
-        known = info > np.float32(1e-12)
-        move = max(min(-cross / info, reach), -reach)
-        slope[u] = start_slope[u] + (move if known else np.float32(0))
-        information[u] = info if known else np.float32(0)
-        signal[u] = information[u] - swn[u] * (one - one / sw[u])
-        explained = cross * cross / info if known else zero
-        scatter[u] = max(swgg[u] - swg[u] * swg[u] / sw[u] - explained, zero)
-        freedom[u] = max(sw[u] - np.float32(2) * sww[u] / sw[u], zero)

@@ -16,10 +16,38 @@ from rig.compute.bands import run_in_bands
 from rig.compute.kernel import kernel
 from rig.epipolar.rank import jumps
 
+_RADIUS_PX = 4
 _BLOCK = 128
 _HALVINGS = 5
 _LIKE_NONE = np.float32(1e15)
 """A grey value that no other resembles."""
+
+
+def settle_edges(
+    slope_px: NDArray[np.float32],
+    grey: NDArray[np.float32],
+    movable: NDArray[np.bool_],
+    *,
+    jump_px: float,
+    grey_scale: float,
+    rounds: int,
+) -> NDArray[np.float32]:
+    """Move slope edges to the grey edges of the reference view, where they may move, (H, W).
+
+    Args:
+        slope_px: (H, W).
+        grey: (H, W) reference view.
+        movable: (H, W) pixels that may change.
+        jump_px: difference of neighbours that is an edge.
+        grey_scale: see `guided_median`.
+        rounds: how often.
+    """
+    for _ in range(rounds):
+        jumping = near_jumps(slope_px, jump_px, _RADIUS_PX)
+        slope_px = guided_median(
+            slope_px, grey, jumping & movable, radius_px=_RADIUS_PX, grey_scale=grey_scale
+        )
+    return slope_px
 
 
 def near_jumps(slope_px: NDArray[np.float32], jump_px: float, radius_px: int) -> NDArray[np.bool_]:

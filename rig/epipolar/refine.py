@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.compute.bands import run_in_bands, run_side_by_side
+from rig.epipolar.behind import behind_jumps
 from rig.epipolar.chessboard import filled, thinned
 from rig.epipolar.line import LineFits, fit_lines
 from rig.epipolar.noise.local import line_precision, locking, reply_share
 from rig.epipolar.rank import middle_of
 from rig.epipolar.scales import Scales
 from rig.epipolar.search.window import LABEL_SHIFT_PX, Cameras
-from rig.epipolar.stitch import behind_jumps, stitch
+from rig.epipolar.stitch import stitch
 
 Stitched = tuple[NDArray[np.float32], NDArray[np.float32]]
 """Slope and its variance, which counts how far neighbours scatter beyond theirs; both (H, W)."""

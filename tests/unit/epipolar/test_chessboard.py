@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from rig.epipolar.chessboard import doubled, filled, mean_around, thinned
+from rig.epipolar.chessboard import double_row, doubled, filled, mean_around, thinned
 
 SIZES = [(4, 6), (5, 7), (6, 5), (3, 2), (2, 3), (8, 8)]
 
@@ -38,6 +38,17 @@ def test_the_other_colour_is_taken_from_beside(height: int, width: int) -> None:
             is_first = u % 2 == v % 2
             beside = max(u - 1, min(1, width - 1)) if v % 2 else u - 1
             assert full[v, u] == values[v, u if is_first else beside]
+
+
+@pytest.mark.parametrize(("height", "width"), SIZES)
+def test_rows_are_doubled_one_by_one_as_all_together(height: int, width: int) -> None:
+    thin = thinned(numbers(height, width))
+    rows = np.empty((height, width), np.float32)
+    for v in range(height):
+        double_row(thin[v], v % 2 == 1, rows[v])
+    assert np.array_equal(rows, doubled(thin, width))
+    double_row(numbers(1, width)[0] + 3, False, rows[0])
+    assert rows[0].tolist() == [u + 3 for u in range(width)]
 
 
 def test_a_mean_around_covers_about_the_same_window() -> None:

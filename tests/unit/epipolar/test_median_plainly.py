@@ -4,7 +4,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.epipolar.median import guided_median, near_jumps
-from rig.epipolar.rank import departure, highest, jumps, lowest, mean, median_of_nine, quantile
+from rig.epipolar.rank import (
+    departure,
+    highest,
+    jumps,
+    lowest,
+    mean,
+    median_of_nine,
+    middle_of,
+    quantile,
+)
 
 RNG = np.random.default_rng(9)
 SHAPE = (11, 30)
@@ -93,3 +102,20 @@ def test_quantiles_lie_between_ranks_in_proportion():
     assert quantile(np.array([4.0, 1.0, 3.0]), 0.25) == 2.0
     assert quantile(np.array([4.0, 1.0, 3.0]), 1.0) == 4.0
     assert quantile(np.array([7.0]), 0.3) == 7.0
+
+
+def test_the_middle_is_the_larger_of_two():
+    assert middle_of(np.array([[5.0, 1.0], [9.0, 2.0]])) == 5.0
+    assert middle_of(np.array([7.0, -1.0, 3.0])) == 3.0
+
+
+def test_a_median_at_the_border_takes_only_what_lies_in_the_picture():
+    slope = np.array([[4.0, 4.0, 0.0], [4.0, 0.0, 0.0]], np.float32)
+    found = guided_median(slope, np.ones_like(slope), slope > 9, radius_px=1, grey_scale=1.0)
+    assert np.array_equal(found, slope)
+    corner = np.zeros(slope.shape, np.bool_)
+    corner[0, 0] = True
+    # Itself and the one across: half of the weight lies at or below the lower.
+    found = guided_median(slope, np.ones_like(slope), corner, radius_px=1, grey_scale=1.0)
+    assert found[0, 0] == 0.0
+    assert found[0, 1] == 4.0

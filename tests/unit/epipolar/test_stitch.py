@@ -1,6 +1,7 @@
 import numpy as np
 
-from rig.epipolar.stitch import behind_jumps, stitch
+from rig.epipolar.behind import behind_jumps
+from rig.epipolar.stitch import stitch
 
 RNG = np.random.default_rng(2)
 ROWS, COLUMNS = np.mgrid[0:40, 0:50]

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rig.epipolar.stitch import behind_jumps, stitch
+from rig.epipolar.behind import behind_jumps
+from rig.epipolar.stitch import stitch
 
 Map = NDArray[np.float32]
 RNG = np.random.default_rng(11)
