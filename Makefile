@@ -30,7 +30,7 @@ $(DEMO_READY) $(READY): pyproject.toml constraints.txt | $(BIN)/python
 
 demo: $(DEMO_READY) ## Sweep the simulated rig, then measure depth with it
 	@RIG_DATABASE=sqlite:///$(DEMO)/rig.sqlite RIG_CACHE_DIR=$(DEMO)/renders sh -e -c '\
-	  mkdir -p $(DEMO); \
+	  mkdir -p $(DEMO); rm -rf $(DEMO)/depth; \
 	  $(BIN)/rig sweep sim; \
 	  $(BIN)/rig capture sim --frames 5 --out $(DEMO)/depth'
 	@echo
@@ -39,7 +39,7 @@ demo: $(DEMO_READY) ## Sweep the simulated rig, then measure depth with it
 
 scan: $(DEMO_READY) ## A light field from one simulated camera on a slider
 	@RIG_DATABASE=sqlite:///$(DEMO)/scan/rig.sqlite RIG_CACHE_DIR=$(DEMO)/renders sh -e -c '\
-	  mkdir -p $(DEMO)/scan; \
+	  mkdir -p $(DEMO)/scan; rm -rf $(DEMO)/scan/depth; \
 	  $(BIN)/rig calibrate sim-scan --pictures 25 --set world.renderer=analytic; \
 	  $(BIN)/rig sweep sim-scan --set world.renderer=analytic; \
 	  $(BIN)/rig capture sim-scan --frames 1 --out $(DEMO)/scan/depth'

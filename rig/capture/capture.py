@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from rig.capture.folder import PICTURE, CaptureFolder
+from rig.capture.folder import PICTURE, CaptureFolder, require_free
 from rig.capture.output import WantedOutput
 from rig.capture.output_thread import OutputSummary
 from rig.capture.outputs import Outputs, open_outputs
@@ -189,6 +189,8 @@ def capture_depth(
 def _wanted(request: CaptureRequest) -> Iterator[WantedOutput]:
     """Yield all outputs of a request; what may not be overwritten first."""
     recording, folder = request.recording, request.folder
+    if folder is not None:
+        require_free(folder, resumes=request.resume)  # before a recording is begun
     if recording is not None:
         yield WantedOutput(
             lambda camera: RECORDINGS[request.recorded_as](recording, camera, request.points),
@@ -197,7 +199,10 @@ def _wanted(request: CaptureRequest) -> Iterator[WantedOutput]:
     yield from request.outputs
     if folder is not None:
         yield WantedOutput(
-            lambda camera: CaptureFolder(folder, camera.run, _made(camera, request)), is_kept=True
+            lambda camera: CaptureFolder(
+                folder, camera.run, _made(camera, request), resumes=request.resume
+            ),
+            is_kept=True,
         )
 
 

@@ -14,7 +14,7 @@ from rig.depth import (
     write_picture_png,
 )
 from rig.errors import StoreError
-from rig.files import no_link
+from rig.files import no_link, read_bytes
 from rig.folder_lock import FolderLock
 from rig.live.captured import CAMERA, FACTS, VIRTUAL_DEPTH
 from rig.live.frame import DepthFrame
@@ -31,6 +31,7 @@ class CaptureFolder:
         folder: made where it is not there yet.
         run: of the rig that is captured.
         made: who captured it and with what, for `run.json`; None leaves that file out.
+        resumes: whether it goes on with a scan, whose one multi-view may be there already.
 
     Raises:
         OwnedError: another program captures into it.
@@ -39,13 +40,20 @@ class CaptureFolder:
 
     name = "files"
 
-    def __init__(self, folder: Path, run: Run, made: Mapping[str, object] | None = None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        run: Run,
+        made: Mapping[str, object] | None = None,
+        *,
+        resumes: bool = False,
+    ) -> None:
         self.folder = folder
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._lock = FolderLock(folder)  # another capture into it would mix with this one
             try:
-                _require_no_other(folder)
+                require_free(folder, resumes=resumes)
                 self._facts = open(folder / FACTS, "w", encoding="utf-8", opener=no_link)  # noqa: SIM115
             except BaseException:
                 self._lock.release()
@@ -139,21 +147,24 @@ class CaptureFolder:
         }
 
 
-def _require_no_other(folder: Path) -> None:
+def require_free(folder: Path, *, resumes: bool = False) -> None:
     """Refuse a folder in which multi-views are listed: maps of both would be taken for one capture.
 
+    Args:
+        folder: that a capture is to be written into.
+        resumes: whether it goes on with a scan: one multi-view may be there, and is written again.
+
     Raises:
-        OSError: its list may not be read.
-        StoreError: multi-views are listed.
+        StoreError: more are listed, or the list may not be read.
     """
     file = folder / FACTS
     if file.is_symlink() or not file.is_file():  # a link is refused when it is opened to write
         return
-    with file.open("rb") as lines:
-        count = sum(1 for _ in lines)
-    if count:
+    count = len(read_bytes(file).splitlines())
+    if count > (1 if resumes else 0):
         raise StoreError(
             f"asked to capture into {folder}, found a capture of {count} multi-views there "
             f"({FACTS})",
-            advice="no capture is continued: choose another folder with --out, or move that one",
+            advice="choose another folder with --out, or move that one; only a scan is gone on "
+            "with, by --resume",
         )

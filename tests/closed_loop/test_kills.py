@@ -20,18 +20,16 @@ def play(*words: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.parametrize(
-    ("verb", "count"),
-    [("sweep", 3), ("calibrate", 2), ("capture", 3), ("fit", 3), ("backup", 4), ("migrate", 5)],
-)
-def test_what_was_killed_goes_on_and_nothing_is_lost(verb: str, count: int):
-    played = play("--verb", verb, "--count", str(count))
+def test_what_was_killed_goes_on_and_nothing_is_lost():
+    verbs = ("backup", "calibrate", "capture", "fit", "migrate", "sweep")
+    played = play("--count", "2", *(word for verb in verbs for word in ("--verb", verb)))
     assert played.returncode == 0, played.stdout + played.stderr
-    assert played.stdout.startswith(f"seed 7: {verb}: {count} rounds, ended ")
-    assert played.stdout.endswith("; 0 broken promises\n")
+    for verb, line in zip(verbs, played.stdout.splitlines(), strict=True):
+        assert line.startswith(f"seed 7: {verb}: 2 rounds, ended ")
+        assert line.endswith("; 0 broken promises")
 
 
 def test_what_is_told_to_end_says_what_was_saved():
-    played = play("--signals", "--verb", "backup", "--verb", "fit", "--count", "3")
+    played = play("--signals", "--verb", "backup", "--verb", "restore", "--count", "3")
     assert played.returncode == 0, played.stdout + played.stderr
     assert played.stdout.count("; 0 broken promises") == 2

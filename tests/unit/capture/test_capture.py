@@ -247,7 +247,30 @@ def test_a_folder_that_holds_a_capture_takes_no_second_one(tmp_path: Path):
     for _ in range(2):  # the first refusal has let go of the folder
         with pytest.raises(StoreError, match=says):
             CaptureFolder(tmp_path, camera.run)
+    with pytest.raises(StoreError, match=says):
+        CaptureFolder(tmp_path, camera.run, resumes=True)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_where_the_folder_is_refused_no_recording_is_begun(tmp_path: Path):
+    camera, _ = tiny_rig()
+    (tmp_path / "frames.jsonl").write_text("{}\n")
+    wanted = CaptureRequest(1, None, tmp_path, recording=tmp_path / "new.mcap")
+    with camera, pytest.raises(StoreError, match="found a capture of 1 multi-views"):
+        capture_depth(camera, wanted, lambda *_: None)
+    assert [path.name for path in tmp_path.iterdir()] == ["frames.jsonl"]
+
+
+def test_a_scan_that_is_resumed_is_written_again(tmp_path: Path):
+    camera, _ = tiny_rig()
+    (only,) = frames(1)
+    folder = CaptureFolder(tmp_path, camera.run)
+    folder.write(only)
+    folder.close()
+    again = CaptureFolder(tmp_path, camera.run, resumes=True)
+    again.write(only)
+    again.close()
+    assert len((tmp_path / "frames.jsonl").read_text().splitlines()) == 1
 
 
 def test_a_link_in_place_of_the_list_of_multi_views_is_no_capture_and_is_refused(tmp_path: Path):
@@ -310,7 +333,7 @@ def test_the_verb_states_times_and_drops_of_every_place(rig: Command, tmp_path: 
     first, last = told["time_ns"]
     lines = [json.loads(line) for line in (out / "frames.jsonl").read_text().splitlines()]
     assert [line["time_ns"] for line in lines] == [first, last]
-    words = rig("capture", *SLOPES, "--frames", 1, "--out", out).out
+    words = rig("capture", *SLOPES, "--frames", 1, "--out", tmp_path / "two").out
     assert "per s, " in words
     assert "without waiting for the simulated camera" in words
     assert "files: 1 taken, 0 dropped" in words
