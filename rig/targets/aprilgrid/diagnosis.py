@@ -115,7 +115,8 @@ def _other_border(
     picture: Picture, quads_px: Float, grid: AprilGrid, asked: str
 ) -> TargetError | None:
     other = 3 - grid.border_bits
-    tags = read_tags(picture, quads_px, border_bits=other, share=grid.spacing)
+    read = read_tags(picture, quads_px, border_bits=other, share=grid.spacing)
+    tags = {tag.number for tag in read}
     if len(tags) < _FEWEST_TAGS:
         return None
     return TargetError(
@@ -128,7 +129,8 @@ def _other_border(
 def _mirrored(picture: Picture, quads_px: Float, grid: AprilGrid, asked: str) -> TargetError | None:
     """Tags that are read once their corners are taken the other way round."""
     other_way = quads_px[:, ::-1]
-    tags = read_tags(picture, other_way, border_bits=grid.border_bits, share=grid.spacing)
+    read = read_tags(picture, other_way, border_bits=grid.border_bits, share=grid.spacing)
+    tags = {tag.number for tag in read}
     if len(tags) < _FEWEST_TAGS:
         return None
     return TargetError(
