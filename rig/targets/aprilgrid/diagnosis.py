@@ -149,6 +149,8 @@ def _unread(picture: Picture, quads_px: Float, grid: AprilGrid, asked: str) -> T
     # Tags are of one size; outlines of the paper and of other things are not.
     alike = np.abs(np.log(sides_px[:, None] / sides_px)) < _ALIKE
     alike = alike[alike.sum(axis=1).argmax()]
+    if alike.sum() < grid.tag_count / 2:
+        return None
     side_px = float(np.median(sides_px[alike]))
     bit_px = side_px / grid.bits_across
     shown = f"found {int(alike.sum())} dark quadrilaterals with sides of {side_px:.0f} px"
