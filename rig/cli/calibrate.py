@@ -178,4 +178,4 @@ def calibrate(
         tell_next("calibrate, weak", as_json=as_json, profile=profile_name)
         raise typer.Exit(3)
     after = "calibrate, one camera" if len(profile.views) == 1 else "calibrate"
-    tell_next(after, as_json=as_json, profile=profile_name, calibration=result.calibration_id)
+    tell_next(after, as_json=as_json, profile=profile_name)
