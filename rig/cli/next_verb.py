@@ -15,7 +15,7 @@ NEXT: dict[str, str] = {
     "check, no move": "rig check {profile} with its stage, once the way of the carriage is clear",
     "check, fail": "do what stands behind the arrows, then rig check {profile} again",
     "calibrate": "rig sweep {profile}; without a stage rig capture {profile}",
-    "calibrate, one camera": "rig export ID --format opencv, or ros; ID is the number of the calibration",
+    "calibrate, one camera": "rig export ID --format opencv, or ros; ID is its number",
     "calibrate, weak": "do what the verdict says, then rig calibrate {profile} again",
     "import": "rig check {profile}, which says whether it fits the cameras of today",
     "sweep": "rig capture {profile}",
