@@ -82,9 +82,9 @@ def enough(solves: Sequence[Calibration]) -> bool:
 
 def _judged_error(calibration: Calibration) -> float:
     """What pictures make smaller: depth error in per cent, of one camera that of directions, px."""
-    if len(calibration.geometry.names) == 1:
-        return direction_error_of(calibration).picture_px
-    return calibration.depth_error[JUDGED_AT].picture_pct
+    if calibration.depth_error:
+        return calibration.depth_error[JUDGED_AT].picture_pct
+    return direction_error_of(calibration).picture_px
 
 
 def _pair(coverage: Coverage, names: Sequence[str], reference: int) -> str | None:

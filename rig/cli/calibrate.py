@@ -217,4 +217,4 @@ def _conclude(
         tell_next("calibrate, weak", as_json=as_json, profile=profile_name)
         raise typer.Exit(3)
     after = "calibrate, one camera" if one_camera else "calibrate"
-    tell_next(after, as_json=as_json, profile=profile_name, calibration=result.calibration_id)
+    tell_next(after, as_json=as_json, profile=profile_name)

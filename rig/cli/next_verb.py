@@ -16,7 +16,7 @@ NEXT: dict[str, str] = {
     "check, bundle": "look through the bundle and send it; rig check PROFILE --bundle says more",
     "check, fail": "do what stands behind the arrows, then rig check {profile} again",
     "calibrate": "rig sweep {profile}; without a stage rig capture {profile}",
-    "calibrate, one camera": "rig export {calibration} --format opencv, or ros",
+    "calibrate, one camera": "rig export ID --format opencv, or ros; ID is its number",
     "calibrate, weak": "do what the verdict says, then rig calibrate {profile} again",
     "calibrate, scene": "rig capture {profile} --slopes-only; a board makes depth sure",
     "import": "rig check {profile}, which says whether it fits the cameras of today",

@@ -80,14 +80,15 @@ def steps_of(wish: Wish, folder: Path) -> tuple[Step, ...]:
         )
     profile = load_profile(name, wish.overrides)
     steps = [_profile_step(wish, profile, path), *_target_step(wish, profile, folder)]
-    steps.append(
-        Step(
-            "check",
-            "look at everything that a run needs"
-            + ("; clear the way of the carriage" if profile.stage is not None else ""),
-            ("check", name, *wish.run_options),
+    if len(profile.views) > 1:  # a check looks at what a sweep and a capture need
+        steps.append(
+            Step(
+                "check",
+                "look at everything that a run needs"
+                + ("; clear the way of the carriage" if profile.stage is not None else ""),
+                ("check", name, *wish.run_options),
+            )
         )
-    )
     from rig.database import open_store
 
     with open_store(wish.database, absent="empty") as store:

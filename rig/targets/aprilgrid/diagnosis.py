@@ -115,7 +115,8 @@ def _other_border(
     picture: Picture, quads_px: Float, grid: AprilGrid, asked: str
 ) -> TargetError | None:
     other = 3 - grid.border_bits
-    tags = read_tags(picture, quads_px, border_bits=other, share=grid.spacing)
+    read = read_tags(picture, quads_px, border_bits=other, share=grid.spacing)
+    tags = {tag.number for tag in read}
     if len(tags) < _FEWEST_TAGS:
         return None
     return TargetError(
@@ -128,7 +129,8 @@ def _other_border(
 def _mirrored(picture: Picture, quads_px: Float, grid: AprilGrid, asked: str) -> TargetError | None:
     """Tags that are read once their corners are taken the other way round."""
     other_way = quads_px[:, ::-1]
-    tags = read_tags(picture, other_way, border_bits=grid.border_bits, share=grid.spacing)
+    read = read_tags(picture, other_way, border_bits=grid.border_bits, share=grid.spacing)
+    tags = {tag.number for tag in read}
     if len(tags) < _FEWEST_TAGS:
         return None
     return TargetError(
@@ -147,6 +149,8 @@ def _unread(picture: Picture, quads_px: Float, grid: AprilGrid, asked: str) -> T
     # Tags are of one size; outlines of the paper and of other things are not.
     alike = np.abs(np.log(sides_px[:, None] / sides_px)) < _ALIKE
     alike = alike[alike.sum(axis=1).argmax()]
+    if alike.sum() < grid.tag_count / 2:
+        return None
     side_px = float(np.median(sides_px[alike]))
     bit_px = side_px / grid.bits_across
     shown = f"found {int(alike.sum())} dark quadrilaterals with sides of {side_px:.0f} px"
