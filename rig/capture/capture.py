@@ -17,7 +17,6 @@ from rig.capture.spread import Spread
 from rig.capture.tally import CaptureTally, in_words
 from rig.database import software_versions, this_program
 from rig.errors import RigError
-from rig.frames import MultiView
 from rig.interrupts import Interrupts
 from rig.live.camera import DepthCamera
 from rig.live.frame import DepthFrame
@@ -119,7 +118,7 @@ def capture_depth(
     request: CaptureRequest,
     progress: Progress,
     tell: Tell = lambda _: None,
-    watch: Callable[[MultiView], None] = lambda _: None,
+    watch: Callable[[DepthFrame], DepthFrame] = lambda frame: frame,
 ) -> CaptureSummary:
     """Capture until the request is fulfilled, the camera ends, no output is left, or Ctrl-C.
 
@@ -129,7 +128,7 @@ def capture_depth(
         progress: told of every measured multi-view.
         tell: told of an output that fails; the capture goes on with the others, and the summary
             has the error. Also told once where rows do not meet.
-        watch: given every multi-view; must return at once.
+        watch: given every frame, returns it, maybe with a warning; must return at once.
 
     Raises:
         CurveError: rows miss otherwise than when the curve was made.
@@ -146,11 +145,11 @@ def capture_depth(
         outputs = open_outputs(camera, wanted, waits=camera.can_wait, tell=tell)
         try:
             with closing(_multiviews(camera)) as frames:
-                for frame in _until(frames, request, begun_s):
+                for measured in _until(frames, request, begun_s):
                     with interrupts.deferred():
+                        frame = watch(measured)
                         tally.add(frame)
                         offer.look(frame)
-                        watch(frame.views)
                         outputs.offer(frame)
                         progress(tally.frames, in_words(frame))
                     if not outputs.take_frames:

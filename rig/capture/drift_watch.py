@@ -11,7 +11,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Self
 
@@ -19,6 +19,7 @@ from rig.check.scene_drift import drift_details, drift_since, judge_scene_drift
 from rig.database import Store
 from rig.errors import RigError
 from rig.frames import MultiView
+from rig.live.frame import DepthFrame
 from rig.profile import Profile
 from rig.progress import Tell
 from rig.records import StoredCalibration
@@ -38,11 +39,10 @@ class SceneLook:
     profile: Profile
     calibration: StoredCalibration
     store: Store
-    tell: Tell
     unit: str = ""
 
-    def __call__(self, views: MultiView) -> bool:
-        """Look at one; return whether there is more to tell of later ones."""
+    def __call__(self, views: MultiView) -> str | None:
+        """Look at one; return what is wrong, None where nothing is but chance."""
         full_scale = views.frames[0].full_scale
         drift = drift_since(self.calibration, self.profile, [views.images], full_scale)
         self.store.save_drift(
@@ -53,26 +53,26 @@ class SceneLook:
             unit=self.unit,
         )
         if drift.probability >= ALARM:
-            return True
+            return None
         item = judge_scene_drift(
             drift, self.profile, self.calibration, views.temperature_degc, ALARM
         )
-        self.tell(f"{item.found}; {item.advice}")
-        return False
+        return f"{item.found}; {item.advice}"
 
 
 class DriftWatch:
     """Gives a look something to look at, now and then.
 
     Args:
-        look: returns whether to go on; None looks at nothing.
-        tell: told of a look that was not possible, once.
+        look: returns an alarm, None for none; None looks at nothing.
+        tell: told of the first alarm, after which nothing is looked at any more, and, once, of a
+            look that was not possible.
         now_s: tells the time.
     """
 
     def __init__(
         self,
-        look: Callable[[MultiView], bool] | None,
+        look: Callable[[MultiView], str | None] | None,
         tell: Tell,
         *,
         now_s: Callable[[], float] = time.monotonic,
@@ -83,6 +83,7 @@ class DriftWatch:
         self._due_s = now_s() + _FIRST_S
         self._thread: threading.Thread | None = None
         self._has_complained = False
+        self._alarm: str | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -96,8 +97,19 @@ class DriftWatch:
         if self._thread is not None:
             self._thread.join()
 
-    def offer(self, views: MultiView) -> None:
-        """Take a multi-view if it is time for one and none is looked at; returns at once."""
+    def watched(self, frame: DepthFrame) -> DepthFrame:
+        """Take a frame's views if it is time for a look and none is under way; returns at once.
+
+        Returns:
+            The frame; after an alarm with that among its warnings, so that pages and files have it.
+        """
+        self._offer(frame.views)
+        if self._alarm is None:
+            return frame
+        warnings = (*frame.slopes.warnings, self._alarm)
+        return replace(frame, slopes=replace(frame.slopes, warnings=warnings))
+
+    def _offer(self, views: MultiView) -> None:
         is_busy = self._thread is not None and self._thread.is_alive()
         if self._look is None or is_busy or self._now_s() < self._due_s:
             return
@@ -105,29 +117,30 @@ class DriftWatch:
         self._thread = threading.Thread(target=self._run, args=(views, self._look), name="drift")
         self._thread.start()
 
-    def _run(self, views: MultiView, look: Callable[[MultiView], bool]) -> None:
+    def _run(self, views: MultiView, look: Callable[[MultiView], str | None]) -> None:
         if sys.platform == "linux":
             with suppress(OSError):
                 os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
         try:
-            if not look(views):
+            self._alarm = look(views)
+            if self._alarm is not None:
                 self._look = None
+                self._tell(self._alarm)
         except RigError as error:
             if not self._has_complained:
                 self._has_complained = True
                 self._tell(f"whether views have turned is not told: {error}")
 
 
-def look_of(run: Run, store: Store, tell: Tell, unit: str) -> SceneLook | None:
+def look_of(run: Run, store: Store, unit: str) -> SceneLook | None:
     """Return how a run's calibration is looked after; None where it has none that is stored.
 
     Args:
         run: the rig, with its calibration.
         store: where looks are kept.
-        tell: told of an alarm.
         unit: which of the rigs of this name.
     """
     calibration = run.calibration
     if calibration is None or LENSLETS in calibration.geometry or run.profile.camera.is_scan:
         return None
-    return SceneLook(run.profile, calibration, store, tell, unit)
+    return SceneLook(run.profile, calibration, store, unit)

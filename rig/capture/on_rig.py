@@ -58,8 +58,8 @@ def capture_on_rig(
             for notice in camera.run.notices:
                 tell(notice)
             unit = unit_of(run.profile, camera.identity)
-            with DriftWatch(look_of(camera.run, store, tell, unit), tell) as watch:
-                summary = capture_depth(camera, request, progress, tell, watch.offer)
+            with DriftWatch(look_of(camera.run, store, unit), tell) as watch:
+                summary = capture_depth(camera, request, progress, tell, watch.watched)
         newer = newer_curve(store, run, choice.curve)
         if newer is not None:
             used = "no curve" if summary.curve is None else summary.curve.title

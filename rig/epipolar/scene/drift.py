@@ -194,7 +194,7 @@ def _turned(told: Float, toward: Float) -> tuple[Float, Float]:
     size = np.abs(first @ toward) + np.sqrt(np.diag(first))
     beside = np.maximum(size[0::3], size[2::3])
     loose[1::3] = np.minimum(loose[1::3], beside)
-    covariance = np.linalg.inv(told + np.diag(loose**-2.0))
+    covariance = np.asarray(np.linalg.inv(told + np.diag(loose**-2.0)), np.float64)
     return covariance @ toward, covariance
 
 

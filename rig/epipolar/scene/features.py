@@ -38,6 +38,11 @@ class SceneFeatures:
         """(N, V) which views show which feature, the reference left out."""
         return np.isfinite(self.view_px[..., 0])
 
+    @property
+    def shared(self) -> Flags:
+        """(N,) features that a view besides the reference shows."""
+        return np.asarray(self.seen.any(axis=1), np.bool_)
+
     @classmethod
     def joined(cls, parts: Sequence["SceneFeatures"]) -> "SceneFeatures":
         """Return those of several pictures as one; at least one part is needed."""

@@ -112,7 +112,7 @@ class FineMeter:
             view_px,
             sigma_px,
         )
-        return everywhere[everywhere.seen.any(axis=1) & self._is_shown(reference, reference_px)]
+        return everywhere[everywhere.shared & self._is_shown(reference, reference_px)]
 
     @property
     def cameras(self) -> Cameras:

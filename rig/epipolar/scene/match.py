@@ -62,11 +62,13 @@ def match_features(
         view_px,
         np.full(view_px.shape[:2], _COARSE_PX),
     )
-    return everywhere[everywhere.seen.any(axis=1)]
+    return everywhere[everywhere.shared]
 
 
 def _features(image: NDArray[np.generic], full_scale: int) -> _Found:
-    grey = np.clip(np.rint(image * (_BYTES / full_scale)), 0.0, _BYTES).astype(np.uint8)
+    grey = np.clip(np.rint(image.astype(np.float64) * (_BYTES / full_scale)), 0.0, _BYTES).astype(
+        np.uint8
+    )
     finder = cv2.SIFT.create(nfeatures=_MOST, contrastThreshold=_CONTRAST)
     points, looks = finder.detectAndCompute(grey, np.full_like(grey, 255))
     if not points:

@@ -47,7 +47,7 @@ class Misfit:
 def misfit(geometry: RigGeometry, features: SceneFeatures) -> Misfit:
     """Compare features with a geometry; each takes its best inverse depth."""
     rays = _rays(geometry, features)
-    known = np.isfinite(rays).all(axis=1)
+    known = np.isfinite(rays[:, 0] + rays[:, 1])
     inverse = _linear(geometry, features, rays)
     unit = _STEP / _longest_mm(geometry)
     residual = _residual(geometry, features, rays, inverse)

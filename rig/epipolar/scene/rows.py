@@ -39,7 +39,7 @@ def grid_features(geometry: RigGeometry, inverse_per_mm: Float) -> SceneFeatures
     features = SceneFeatures(
         np.zeros(len(pixels), np.intp), pixels, view_px, np.ones(view_px.shape[:2])
     )
-    return features[features.seen.any(axis=1) & np.isfinite(rays).all(axis=1)]
+    return features[features.shared & np.isfinite(rays[:, 0] + rays[:, 1])]
 
 
 def rows_sigma_px(geometry: RigGeometry, inverse_per_mm: Float) -> float:

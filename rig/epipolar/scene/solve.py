@@ -62,7 +62,7 @@ def fit_scene(start: RigGeometry, prior: Float, features: SceneFeatures) -> Scen
         features: at least one.
     """
     free = np.flatnonzero(np.diag(prior) > 0.0)
-    unit = np.linalg.cholesky(prior[np.ix_(free, free)])
+    unit = np.asarray(np.linalg.cholesky(prior[np.ix_(free, free)]), np.float64)
     first = numbers_of(start)
     away = np.zeros(len(free))
     geometry = replace(start, covariance=None)

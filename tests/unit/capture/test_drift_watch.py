@@ -18,27 +18,28 @@ from rig.profile.load import load_profile
 from rig.stored import Run
 from tests.support.scene_pictures import cards, geometry_of, photographs, true_camera
 from tests.support.stores import new_calibration, sqlite_url
+from tests.unit.capture.scripted import one_frame
 
 PAIR = load_profile("checkerboard-stereo")
-VIEWS = MultiView(())
 
 
 class Watched:
     """A watch, the time that it is told, and what it looked at."""
 
-    def __init__(self, look: Callable[[MultiView], bool]) -> None:
+    def __init__(self, look: Callable[[MultiView], str | None]) -> None:
         self.now_s = 100.0
         self.said: list[str] = []
         self.watch = DriftWatch(look, self.said.append, now_s=lambda: self.now_s)
 
-    def offer(self, at_s: float) -> None:
+    def offer(self, at_s: float) -> tuple[str, ...]:
+        """Offer the one frame; return its warnings."""
         self.now_s = at_s
-        self.watch.offer(VIEWS)
+        return self.watch.watched(one_frame()).slopes.warnings
 
 
 def test_the_first_look_is_after_ten_seconds_the_next_after_thirty_more():
     seen: list[float] = []
-    watched = Watched(lambda _: seen.append(watched.now_s) is None)
+    watched = Watched(lambda _: seen.append(watched.now_s))
     for at_s in (100.0, 109.9, 110.0, 139.9, 140.0):
         with watched.watch:
             watched.offer(at_s)
@@ -48,9 +49,8 @@ def test_the_first_look_is_after_ten_seconds_the_next_after_thirty_more():
 def test_one_look_at_a_time():
     go, looks = threading.Event(), []
 
-    def look(_: MultiView) -> bool:
+    def look(_: MultiView) -> None:
         looks.append(go.wait(10.0))
-        return True
 
     watched = Watched(look)
     watched.offer(110.0)
@@ -61,19 +61,27 @@ def test_one_look_at_a_time():
     assert looks == [True]
 
 
-def test_after_an_alarm_it_looks_no_more():
+def test_after_an_alarm_frames_are_warned_of_and_it_looks_no_more():
     looks: list[MultiView] = []
-    watched = Watched(lambda views: looks.append(views) is not None)
-    for at_s in (110.0, 150.0, 190.0):
+
+    def look(views: MultiView) -> str:
+        looks.append(views)
+        return "right has turned"
+
+    watched, warned = Watched(look), list[tuple[str, ...]]()
+    for at_s in (109.0, 110.0, 150.0, 190.0):
         with watched.watch:
-            watched.offer(at_s)
-    assert looks == [VIEWS]
+            warned.append(watched.offer(at_s)[len(one_frame().slopes.warnings) :])
+    assert looks == [one_frame().views]
+    assert watched.said == ["right has turned"]
+    assert warned[0] == ()
+    assert warned[2:] == [("right has turned",)] * 2
 
 
 def test_a_look_that_is_not_possible_is_told_once_and_it_goes_on():
     looks: list[int] = []
 
-    def look(_: MultiView) -> bool:
+    def look(_: MultiView) -> str:
         looks.append(1)
         raise CalibrationError("right shares 3 features", advice="show texture")
 
@@ -89,12 +97,12 @@ def test_a_look_that_is_not_possible_is_told_once_and_it_goes_on():
 
 def test_without_a_calibration_nothing_is_looked_at(tmp_path: Path):
     with open_store(sqlite_url(tmp_path)) as store:
-        assert look_of(Run(PAIR, nominal_optics(PAIR)), store, print, "") is None
+        assert look_of(Run(PAIR, nominal_optics(PAIR)), store, "") is None
         stored = store.calibration(new_calibration(store))
         run = Run(PAIR, nominal_optics(PAIR), calibration=stored)
-        assert isinstance(look_of(run, store, print, "7"), SceneLook)
+        assert isinstance(look_of(run, store, "7"), SceneLook)
         lenslets = replace(stored, geometry={"lenslets": {}})
-        assert look_of(replace(run, calibration=lenslets), store, print, "") is None
+        assert look_of(replace(run, calibration=lenslets), store, "") is None
 
 
 @pytest.mark.slow
@@ -104,14 +112,13 @@ def test_a_view_that_turned_is_told_and_every_look_is_kept(tmp_path: Path):
     rig = geometry_of(straight)
     sure = np.diag(np.array([*8 * [1e-3], *3 * [1e-6], *3 * [1e-3]]) ** 2)
     turned = [straight[0], replace(straight[1], rotation_deg=(0.2, 0.0, 0.0))]
-    said: list[str] = []
     with open_store(sqlite_url(tmp_path)) as store:
         stored = replace(
             store.calibration(new_calibration(store)),
             geometry=geometry_to_json(replace(rig, covariance=sure)),
         )
-        look = SceneLook(PAIR, stored, store, said.append, "7")
-        goes_on = [
+        look = SceneLook(PAIR, stored, store, "7")
+        said = [
             look(
                 MultiView(
                     tuple(
@@ -126,9 +133,9 @@ def test_a_view_that_turned_is_told_and_every_look_is_kept(tmp_path: Path):
             for cameras in (straight, turned)
         ]
         kept = store.drifts()
-    assert goes_on == [True, False]
-    assert len(said) == 1
-    assert f"{names[1]} has turned 0.2" in said[0]
+    assert said[0] is None
+    assert said[1] is not None
+    assert f"{names[1]} has turned 0.2" in said[1]
     assert [look.temperature_degc for look in kept] == [33.5, 33.5]
     assert [look.unit for look in kept] == ["7", "7"]
     chances = [look.details["probability"] for look in kept]

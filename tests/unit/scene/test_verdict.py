@@ -54,7 +54,7 @@ def test_few_features_are_told():
 
 def test_features_in_one_part_are_told():
     features = features_of(PAIR, 3, 1500, noise_px=0.1)
-    corner = features[(features.reference_px < [250.0, 200.0]).all(axis=1)]
+    corner = features[(features.reference_px[:, 0] < 250.0) & (features.reference_px[:, 1] < 200.0)]
     assert "one-part" in codes(found_of(corner))
 
 
