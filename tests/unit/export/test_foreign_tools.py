@@ -44,7 +44,7 @@ def by_opencv(camera: CameraModel, cam_from_world: Pose, points_mm: Float) -> Fl
             given_points, turn, cam_from_world.translation_mm, camera.matrix,
             np.array(camera.coefficients or (0.0,) * 5),
         )  # fmt: skip
-    return np.asarray(pixels).reshape(-1, 2)
+    return np.asarray(pixels, np.float64).reshape(-1, 2)
 
 
 def require_same(found: RigGeometry, told: RigGeometry, order: Sequence[int]) -> None:
