@@ -27,7 +27,7 @@ from tests.unit.export.test_formats import LENSES, geometry_with
 
 POINTS_MM = np.random.default_rng(5).uniform((-300, -200, 700), (300, 200, 1500), (20, 3))
 SETTINGS = settings(
-    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=8, deadline=None
+    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=5, deadline=None
 )
 
 
