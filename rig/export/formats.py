@@ -97,7 +97,7 @@ class Format:
 
     def load_reader(self) -> object:
         """Import the `GeometryFormat` of a calibration's format."""
-        return _loaded(self.reader) if self.reader else self.load().format
+        return _loaded(self.reader) if self.reader else vars(self.load())["format"]
 
     def load_capture(self) -> type[CaptureExporter]:
         """Import what writes captures.

@@ -95,7 +95,7 @@ def read(path: Path) -> RigGeometry:
         other = path if holds_place(root) else _beside(path, _SAMPLE)
         return pair_of(root, root if other == path else _read(other), path, other)
     if holds_place(root):
-        other = _beside(path, _SAMPLE[::-1])
+        other = _beside(path, (_SAMPLE[1], _SAMPLE[0]))
         return pair_of(_read(other), root, other, path)
     if holds_one(root):
         return one_of(root, path)

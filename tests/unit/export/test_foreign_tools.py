@@ -27,7 +27,7 @@ from tests.unit.export.test_formats import LENSES, geometry_with
 
 POINTS_MM = np.random.default_rng(5).uniform((-300, -200, 700), (300, 200, 1500), (20, 3))
 SETTINGS = settings(
-    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=8, deadline=None
+    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=5, deadline=None
 )
 
 
@@ -44,7 +44,7 @@ def by_opencv(camera: CameraModel, cam_from_world: Pose, points_mm: Float) -> Fl
             given_points, turn, cam_from_world.translation_mm, camera.matrix,
             np.array(camera.coefficients or (0.0,) * 5),
         )  # fmt: skip
-    return np.asarray(pixels).reshape(-1, 2)
+    return np.asarray(pixels, np.float64).reshape(-1, 2)
 
 
 def require_same(found: RigGeometry, told: RigGeometry, order: Sequence[int]) -> None:

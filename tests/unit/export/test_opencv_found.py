@@ -53,7 +53,9 @@ def test_a_pair_in_one_file_sees_points_where_opencv_does(
     second = MATRIX + np.diag([3.0, 4.0, 0.0])
     values = dict(zip(names, (MATRIX, LENS, second, 2.0 * LENS), strict=True))
     rotation, _ = cv2.Rodrigues(TURN)
-    file = storage(tmp_path / f"any.{suffix}", **values, R=np.asarray(rotation), T=PLACE)
+    file = storage(
+        tmp_path / f"any.{suffix}", **values, R=np.asarray(rotation, np.float64), T=PLACE
+    )
     found = read(file)
     assert (found.names, found.reference) == (("left", "right"), 0)
     assert (found.cameras[0].width_px, found.cameras[0].height_px) == (639, 479)

@@ -130,7 +130,7 @@ def test_a_damaged_file_of_the_format_that_was_said_is_told_as_damaged(tmp_path:
 
 
 @settings(
-    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=40, deadline=None
+    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=15, deadline=None
 )
 @given(content=st.binary(max_size=300) | st.text(max_size=300).map(lambda text: text.encode()))
 def test_any_file_is_recognised_or_refused(tmp_path: Path, content: bytes) -> None:
@@ -149,6 +149,7 @@ def test_any_file_is_recognised_or_refused(tmp_path: Path, content: bytes) -> No
         b"\n" * 200_000, b" " * 200_000, b"<document" * 20_000, b"1 " + b"A_" * 100_000,
         b"\n Model" * 20_000, b'"board_config"' * 10_000,
     ],
+    ids=["lines", "blanks", "tags", "words", "models", "keys"],
 )  # fmt: skip
 def test_files_that_repeat_the_beginning_of_a_sign_take_no_time(
     tmp_path: Path, content: bytes
@@ -159,6 +160,7 @@ def test_files_that_repeat_the_beginning_of_a_sign_take_no_time(
         recognise(tmp_path / "file")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("content", "says"),
     [
@@ -171,6 +173,7 @@ def test_files_that_repeat_the_beginning_of_a_sign_take_no_time(
         (b"{'lensmodel': 9**9**9}", "is no mrcal camera model"),
         (b"{'lensmodel': b'" + b"x" * 5_000_000 + b"'}", "lensmodel must be text"),
     ],
+    ids=["lists", "tables", "digits", "JSON", "XML", "INI", "power", "bytes"],
 )
 def test_files_that_ask_for_the_world_are_told(tmp_path: Path, content: bytes, says: str) -> None:
     (tmp_path / "file").write_bytes(content)

@@ -110,6 +110,7 @@ def chain(folder: Path, per_mm: float, comment: str = "") -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_a_weak_calibration_is_kept_but_not_taken_and_stays_weak(
     rig: Command, tmp_path: Path
 ) -> None:
@@ -149,6 +150,7 @@ def test_a_weak_calibration_is_exported_with_a_warning(
     assert rig("import", "sim", out.json["out"], "--json", *views).code == code
 
 
+@pytest.mark.slow
 def test_lengths_in_another_unit_are_told_and_set_right(rig: Command, tmp_path: Path) -> None:
     file = chain(tmp_path, 1.0)  # mm, where the format has m
     refused = rig("import", "sim", file)
