@@ -1,8 +1,11 @@
 """Judgement of the geometric calibration: does one picture of the board still fit it?"""
 
+from rig.arrays import Float
 from rig.check.items import Item, Status, failed, graded
 from rig.errors import RigError, TargetError
 from rig.frames import MultiView
+from rig.geometry.bundle.start_cameras import BoardPoints, board_pose
+from rig.geometry.circle_bias import without_bias
 from rig.geometry.drift import Drift, measure_drift
 from rig.geometry.half_turn import agree_by_geometry
 from rig.geometry.rig_geometry import RigGeometry
@@ -13,7 +16,7 @@ from rig.profile import Profile
 from rig.records import StoredCalibration
 from rig.run import FROM_SCENE
 from rig.stored import LENSLETS
-from rig.targets import Target, find_target
+from rig.targets import CircleGrid, Target, find_target
 
 CHANCE = 1e-3
 """Probability below which a misfit is no chance."""
@@ -117,7 +120,27 @@ def _drift(geometry: RigGeometry, target: Target, multiview: MultiView) -> Drift
     points_mm = target.points_mm.reshape(-1, 3)
     if not target.has_one_way_up:
         sightings = list(agree_by_geometry(sightings, points_mm, geometry))
+    if isinstance(target, CircleGrid):
+        sightings = _of_centres(sightings, geometry, points_mm, target.diameter_mm)
     return measure_drift(geometry, points_mm, sightings)
+
+
+def _of_centres(
+    sightings: list[Sighting], geometry: RigGeometry, points_mm: Float, diameter_mm: float
+) -> list[Sighting]:
+    """Sightings of ellipses as those of the centres of their circles."""
+    first = sightings[0]
+    seen = board_pose(
+        geometry.cameras[first.view], BoardPoints(points_mm[first.ids, :2], first.xy_px)
+    )
+    if seen is None:
+        raise TargetError(
+            "circles found where the calibrated lens shows nothing",
+            advice="calibrate again, or show the grid nearer to the middle of the pictures",
+            reason="not-found",
+        )
+    pose = geometry.cam_from_reference[first.view].inverse() @ seen
+    return list(without_bias(sightings, geometry, {0: pose}, points_mm, diameter_mm))
 
 
 def _difference(now: float | None, then: float | None) -> float | None:

@@ -15,7 +15,7 @@ from rig.check.stills import measure_stills
 from rig.check.timing import judge_settling
 from rig.frames import MultiView
 from rig.optics.target import target_of
-from rig.profile import Profile
+from rig.profile import CharucoConfig, CheckerboardConfig, Profile
 
 
 def judge_scene(
@@ -34,12 +34,16 @@ def judge_scene(
         at_mm: where the stage carried the board before them; None where it was left alone.
     """
     target = profile.target
-    board = None if target is None else target_of(target)
+    has_squares = isinstance(target, CheckerboardConfig | CharucoConfig)
+    board = target_of(target) if has_squares else None
     samples = 5 if profile.sweep is None else profile.sweep.samples
     views = measure_stills(multiviews, board, samples=samples)
     where = "where it stands" if at_mm is None else f"at {at_mm:.1f} mm"
-    if board is None:
+    if target is None:
         yield Item("board", "skip", "the profile has no [target]")
+    elif board is None:
+        found = f"a target of kind {target.kind} has no squares: it is for rig calibrate"
+        yield Item("board", "skip", found)
     else:
         yield judge_board(views, where)
     yield judge_focus(views)

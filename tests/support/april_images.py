@@ -13,7 +13,7 @@ from rig.arrays import Float
 
 _UNIT = 20
 """Texels along a bit's side."""
-_FINE = 8
+_FINE = 6
 """Samples along a pixel's side: the edges of texels are not softened before they are looked up."""
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rig.arrays import Float
 
-_FINE = 4
+_FINE = 3
 
 
 @dataclass(frozen=True)

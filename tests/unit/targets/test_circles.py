@@ -161,7 +161,7 @@ def test_a_circle_without_white_around_it_is_told():
 
 
 def test_another_grid_is_told():
-    error = refused(picture(SCENE), CircleGrid(5, 6, 24.0, 20.0))
+    error = refused(picture(TILTED), CircleGrid(5, 6, 24.0, 20.0))
     assert error.reason in ("clipped", "wrong-count")
     assert "20" in str(error)
 

@@ -99,6 +99,7 @@ def solved(count: int, seed: int, noise_px: float = 0.02) -> tuple[Calibration, 
     return found, camera.numbers
 
 
+@pytest.mark.slow
 def test_one_camera_alone_is_found_within_its_own_uncertainty():
     found, true = solved(18, 4)
     (camera,) = found.geometry.cameras
@@ -114,6 +115,7 @@ def test_one_camera_alone_is_found_within_its_own_uncertainty():
     assert error.seen_px <= error.picture_px < error.worst_px
 
 
+@pytest.mark.slow
 def test_too_few_noisy_pictures_of_one_camera_are_weak_by_their_directions():
     found, _ = solved(9, 4, noise_px=0.6)
     (text,) = [r.text for r in found.verdict.reasons if r.code == "direction-error"]
