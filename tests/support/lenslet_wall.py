@@ -15,7 +15,7 @@ from rig.lenslet.array import LensletArray, fit_array
 from rig.lenslet.plan import Plan, plan_views
 from rig.lenslet.views import sub_apertures
 from rig.lenslet.white import RawFormat
-from rig.profile import LensletCameraConfig, LensletWorldConfig, Profile
+from rig.profile import LensletCameraConfig, LensletWorldConfig, Profile, WorldConfig
 from rig.profile.load import load_profile
 from rig.profile.world import ViewErrorConfig
 
@@ -35,8 +35,14 @@ class Box:
         return load_profile("sim-lenslet", size)
 
     @cached_property
-    def _light(self) -> RawLight:
+    def _world(self) -> WorldConfig:
         world = self._profile.world
+        assert world is not None
+        return world
+
+    @cached_property
+    def _light(self) -> RawLight:
+        world = self._world
         assert isinstance(world.lenslets, LensletWorldConfig)
         size_px = (self.width_px, self.height_px)
         return RawLight(world, world.lenslets, self._profile.pitch_mm, size_px)
@@ -58,13 +64,13 @@ class Box:
 
     def slope_px(self, distance_mm: float) -> float:
         """The true slope of what is so far away."""
-        optics = self._profile.world.optics
+        optics = self._world.optics
         per_step = optics.focal_px * self._profile.pitch_mm
         return per_step * (1.0 / distance_mm - 1.0 / optics.focus_mm)
 
     def wall(self, distance_mm: float, finest_per_px: float, seed: int = 1) -> Wall:
         """A wall whose finest wave has so many periods per pixel of a view."""
-        finest_per_mm = finest_per_px * self._profile.world.optics.focal_px / distance_mm
+        finest_per_mm = finest_per_px * self._world.optics.focal_px / distance_mm
         return Wall.random(distance_mm, finest_per_mm, 0.2, seed)
 
     def views(self, wall: Wall, seed: int) -> RectifiedViews:
@@ -76,5 +82,5 @@ class Box:
         return RectifiedViews(images, self._places[:, 0], self._places[:, 1], reference)
 
     def _exposed(self, light: Picture, seed: int) -> GreyImage:
-        sensor = self._profile.world.sensor
+        sensor = self._world.sensor
         return Exposure.of(light, sensor, ViewErrorConfig(), blur_px=0.0).draw((seed,))

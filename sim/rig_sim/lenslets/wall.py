@@ -22,13 +22,13 @@ class Wall:
     """Of each wave, 1 = full light."""
 
     @classmethod
-    def random(cls, distance_mm: float, finest_per_mm: float, contrast: float, seed: int) -> "Wall":
+    def random(cls, distance_mm: float, finest_per_mm: float, share: float, seed: int) -> "Wall":
         """Return waves of all directions, evenly spread over all frequencies up to the finest.
 
         Args:
             distance_mm: along the axis.
             finest_per_mm: highest frequency.
-            contrast: standard deviation of the light.
+            share: standard deviation of the light, of full light.
             seed: of frequencies and phases.
         """
         generator, count = np.random.default_rng(seed), 60
@@ -36,7 +36,7 @@ class Wall:
         angle = 2.0 * math.pi * generator.random(count)
         waves = frequency[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         phase = 2.0 * math.pi * generator.random(count)
-        return cls(distance_mm, waves, phase, contrast * math.sqrt(2.0 / count))
+        return cls(distance_mm, waves, phase, share * math.sqrt(2.0 / count))
 
     def light(self, x_mm: Array, y_mm: Array, sigma_mm: float) -> Array:
         """Return the light of places of the wall, blurred by a Gaussian."""

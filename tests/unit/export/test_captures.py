@@ -94,6 +94,7 @@ def test_virtual_depth_of_a_lenslet_camera_goes_along(rig: Command, slopes: Path
         virtual = archive["virtual_depth"]
     assert np.array_equal(virtual, 2.5 * frame.slope_px, equal_nan=True)
     read = cv2.imread(str(out / "virtual_depth_00000.tiff"), cv2.IMREAD_UNCHANGED)
+    assert read is not None
     assert np.array_equal(read, virtual, equal_nan=True)
     said = (out / "virtual_depth_00000.tiff").read_bytes()
     assert b'"unit": "distances from lenslets to sensor"' in said
