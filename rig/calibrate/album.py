@@ -20,7 +20,7 @@ from rig.database.frames import FrameWriter, read_frames
 from rig.database.trouble import explained
 from rig.errors import ConfigError, StoreError
 from rig.file_modes import FileModes
-from rig.files import make_folder, put_on_disk
+from rig.files import make_folder, put_on_disk, sync_folder
 from rig.json_codec import Codec
 from rig.profile import Profile
 from rig.profile.load import parse_profile
@@ -29,6 +29,8 @@ from rig.records import StoredFrame
 _SAME = ("name", "views", "camera", "target")
 """Parts of a profile in which a resumed calibration must not differ."""
 SOLVED = "calibration.json"
+_PROFILE = "profile.json"
+_LIST = "pictures.jsonl"
 _PRIVATE = FileModes()
 
 
@@ -56,7 +58,7 @@ class Album:
 
     @classmethod
     def new(cls, frames: Path, profile: Profile, modes: FileModes = _PRIVATE) -> "Album":
-        """Make an empty one.
+        """Make an empty one; killed at any moment, there is none, or one that can be resumed.
 
         Args:
             frames: folder below which all frames are.
@@ -68,9 +70,12 @@ class Album:
         """
         folder = frames / profile.name / f"calibration_{datetime.now(UTC):%Y%m%d-%H%M%S-%f}"
         with explained("keep the pictures of a calibration", folder):
-            make_folder(folder, modes.folder)
+            beside = folder.with_name(f".{folder.name}.tmp")
+            make_folder(beside, modes.folder)
             content = profile.model_dump_json(indent=2).encode()
-            put_on_disk(folder / "profile.json", content, modes.file)
+            put_on_disk(beside / _PROFILE, content, modes.file)
+            beside.rename(folder)
+            sync_folder(folder.parent)
         return cls(folder, modes)
 
     @classmethod
@@ -82,14 +87,16 @@ class Album:
             StoreError: it cannot be read.
         """
         folders = sorted((frames / profile.name).glob("calibration_*"))
-        open_ones = [f for f in folders if f.is_dir() and not (f / SOLVED).exists()]
+        # One without profile and list was killed as it began, by a rig that made it in two steps.
+        begun = [f for f in folders if (f / _PROFILE).exists() or (f / _LIST).exists()]
+        open_ones = [folder for folder in begun if not (folder / SOLVED).exists()]
         if not open_ones:
             raise ConfigError(
                 f"asked to resume a calibration of {profile.name}, none is unfinished",
                 advice=f"rig calibrate {profile.name} begins one",
             )
         album = cls(open_ones[-1], modes)
-        file = album.folder / "profile.json"
+        file = album.folder / _PROFILE
         with explained("resume a calibration", file):
             before = parse_profile(json.loads(file.read_text(encoding="utf-8")), source=str(file))
         changed = profile.first_difference(before, _SAME)
@@ -133,7 +140,7 @@ class Album:
             writer.publish()
         kept = _Line(picture.number, picture.stage_mm, picture.multiview.temperature_degc, stored)
         line = json.dumps(_LINE.to_json(kept)) + "\n"
-        file = self.folder / "pictures.jsonl"
+        file = self.folder / _LIST
         with explained("keep a picture", file):
             put_on_disk(file, "".join([*self._whole_lines(), line]).encode(), self._modes.file)
 
@@ -161,7 +168,7 @@ class Album:
 
     def _whole_lines(self) -> list[str]:
         """Lines of the list of pictures; one that was cut off has no picture and is left out."""
-        file = self.folder / "pictures.jsonl"
+        file = self.folder / _LIST
         if not file.exists():
             return []
         with explained("read pictures", file):

@@ -109,3 +109,27 @@ def test_an_album_that_went_away_is_not_made_anew(tmp_path: Path):
     with pytest.raises(StoreError, match="asked to write frames, the folder is gone"):
         album.keep(Picture(0, noisy_multiview(seed=0)))
     assert not album.folder.exists()
+
+
+class _Killed(BaseException):
+    pass
+
+
+def test_what_is_killed_as_it_begins_is_no_album(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def killed(*_: object) -> None:
+        raise _Killed
+
+    monkeypatch.setattr("rig.calibrate.album.put_on_disk", killed)
+    with pytest.raises(_Killed):
+        Album.new(tmp_path, load_profile("sim"))
+    (left,) = (tmp_path / "sim").iterdir()
+    assert left.name.startswith(".calibration_")
+    assert left.name.endswith(".tmp")  # which `rig store verify --repair` removes
+    with pytest.raises(ConfigError, match="none is unfinished"):
+        Album.unfinished(tmp_path, load_profile("sim"))
+
+
+def test_a_folder_without_profile_and_pictures_does_not_hide_the_album_before(tmp_path: Path):
+    album = Album.new(tmp_path, load_profile("sim"))
+    (tmp_path / "sim" / "calibration_99990101-000000-000000").mkdir()
+    assert Album.unfinished(tmp_path, load_profile("sim")).folder == album.folder
