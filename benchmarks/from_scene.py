@@ -70,7 +70,7 @@ def quadratic(places: Float, lower: Float) -> tuple[float, float, float]:
         spread = 1.4826 * float(np.median(np.abs(rest)))
         weight = (1.0 + (rest / (3.0 * spread)) ** 2) ** -2
     inner = weight > 0.1
-    field = design @ found
+    field = np.asarray(design @ found, np.float64)
     about = 1.4826 * float(np.median(np.abs((lower - field)[inner])))
     return rms(field[inner]), 1.4826 * float(np.median(np.abs(lower[inner]))), about
 

@@ -11,7 +11,7 @@ import numpy as np
 from rig.arrays import Float
 from rig.check.items import Item, Status, graded
 from rig.epipolar.scene.drift import SceneDrift, look, scene_drift
-from rig.frames import Pictures
+from rig.frames import GreyImage
 from rig.geometry.rig_geometry_json import geometry_from_json
 from rig.optics.prior import PRIOR_SIGMAS, UNKNOWN_SOURCE, prior_covariance
 from rig.profile import Profile
@@ -28,7 +28,7 @@ _VAGUE_PCT = 2.0
 def drift_since(
     stored: StoredCalibration,
     profile: Profile,
-    pictures: Sequence[Pictures],
+    pictures: Sequence[Sequence[GreyImage]],
     full_scale: int,
 ) -> SceneDrift:
     """Measure what a scene tells of a stored calibration.

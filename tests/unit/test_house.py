@@ -28,6 +28,7 @@ RATIOS = {
     "sigma",
     "ridge",
     "damping",
+    "chance",
 }
 """Numbers without a dimension, or in the unit of the array beside them."""
 GREYS = {
