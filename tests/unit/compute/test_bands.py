@@ -105,7 +105,11 @@ def test_a_forked_process_has_threads_of_its_own(monkeypatch: pytest.MonkeyPatch
 
     def meet() -> None:
         together = threading.Barrier(2, timeout=30)
-        run_in_bands(lambda _start, _stop: together.wait() and None, 2)
+
+        def work(_start: int, _stop: int) -> None:
+            together.wait()
+
+        run_in_bands(work, 2)
 
     meet()
     child = os.fork()
