@@ -17,13 +17,13 @@ def crowd(x: float, y: float, count: int = 12) -> Float:
 
 
 def test_the_part_with_most_points_is_shown_at_twice_its_size() -> None:
-    few, many = crowd(100.0, 100.0), crowd(900.0, 500.0, 20)
+    few, many = crowd(100.0, 100.0), crowd(900.0, 400.0, 20)
     found = densest_part(PICTURE, np.concatenate([few, many]))
     assert found is not None
     part, first_px = found
     assert part.shape == (768, 768)
     # Of all windows that hold them, the middle one: they are not at its border.
-    assert np.abs(first_px + 192 - (901, 502)).max() <= 32
+    assert np.abs(first_px + 192 - (901, 402)).max() <= 32
     # A place p of the part lies at p / 2 - 1 / 4 from the first pixel.
     place = first_px + 101.0 / 2 - 0.25
     assert part[101, 101] == pytest.approx(2 * place[1] + place[0], abs=0.01)
@@ -41,6 +41,7 @@ def test_few_points_are_nothing_small(count: int, is_shown: bool) -> None:
     assert (densest_part(PICTURE, crowd(50.0, 60.0, count)) is not None) is is_shown
 
 
+@pytest.mark.slow
 def test_a_small_steep_charuco_board_is_found_corner_by_corner() -> None:
     """Squares of 17 px, 9 px across: margins of a pixel."""
     scene = CharucoScene(
