@@ -113,7 +113,7 @@ def find_board(image: Image, board: Checkerboard) -> Corners:
     Raises:
         TargetError: as `find_corners`; clipped only where too little is seen.
     """
-    if image.ndim != 2 or min(image.shape) < 16 or not np.isfinite(image).all():
+    if image.ndim != 2 or min(image.shape) < 16 or not _is_finite(image):
         raise TargetError(
             f"{board} board asked for in an array of shape {image.shape}",
             advice="give a grey picture (H, W) of at least 16 x 16 finite pixels",
@@ -130,6 +130,10 @@ def find_board(image: Image, board: Checkerboard) -> Corners:
     if parts:
         return _checked(max(parts, key=lambda part: part.count))
     raise why_not(image, board, [lattice for _, lattice in seen])
+
+
+def _is_finite(image: Image) -> bool:
+    return image.dtype.kind != "f" or bool(np.isfinite(image).all())
 
 
 def corner_motion_px(first: Corners, last: Corners) -> float:

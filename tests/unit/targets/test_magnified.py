@@ -26,7 +26,7 @@ def test_the_part_with_most_points_is_shown_at_twice_its_size() -> None:
     assert np.abs(first_px + 192 - (901, 402)).max() <= 32
     # A place p of the part lies at p / 2 - 1 / 4 from the first pixel.
     place = first_px + 101.0 / 2 - 0.25
-    assert part[101, 101] == pytest.approx(2 * place[1] + place[0], abs=0.01)
+    assert part[101, 101] == pytest.approx(2 * place[1] + place[0], abs=0.2)
 
 
 def test_a_small_picture_is_shown_whole() -> None:
