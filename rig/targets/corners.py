@@ -262,7 +262,7 @@ def _on_board(fit: CrossingFit, wanted: NDArray[np.bool_]) -> NDArray[np.bool_] 
 
     Of a whole board all are there, or it is none; of a part those that fit the others.
     """
-    fitted = np.isfinite(fit.xy_px[:, 0])
+    fitted = np.isfinite(fit.xy_px[:, 0]) & np.isfinite(fit.sigma_px)
     if not fitted.any():
         return None
     row, column = np.nonzero(wanted)
@@ -271,7 +271,7 @@ def _on_board(fit: CrossingFit, wanted: NDArray[np.bool_]) -> NDArray[np.bool_] 
     good = fitted & (signed * np.sign(usual) > 0)
     if not wanted.all():
         good &= signed * np.sign(usual) > _LEAST_CONTRAST * abs(usual)
-        good &= fit.sigma_px < _MOST_SIGMAS * np.nanmedian(fit.sigma_px[fitted])
+        good &= fit.sigma_px < _MOST_SIGMAS * np.median(fit.sigma_px[fitted])
     kept = wanted.copy()
     kept[wanted] = good
     xy_px = np.full((*wanted.shape, 2), np.nan)
