@@ -101,7 +101,7 @@ def _above(picture: Picture, xy_px: Float) -> _OuterSquares | None:
     if len(xy_px) < 3:
         return None
     # Squares between two columns whose first three corners are all known.
-    known = np.isfinite(xy_px[:3, :, 0]).all(axis=0)
+    known = np.asarray(np.isfinite(xy_px[:3, :, 0]).all(axis=0))
     square = np.flatnonzero(known[:-1] & known[1:])
     inner, outer, before, beyond, following = _look(
         picture, xy_px[:3], square, np.array([-_MIDDLE, _MIDDLE, _BEFORE, _BEYOND, _NEXT])
