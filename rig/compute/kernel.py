@@ -22,7 +22,7 @@ class _Notice(event.Listener):
         if self._is_due:
             self._is_due = False
             _log.warning(
-                "compiling the slope kernels for this processor: once, about half a minute"
+                "compiling loops for this processor: once, about half a minute"
             )
 
     def on_end(self, event: event.Event) -> None:
