@@ -102,6 +102,7 @@ def work(path: Path, seed: int, counts: dict[str, int], seconds: float) -> list[
     path.parent.mkdir(parents=True, exist_ok=True)
     until = time.monotonic() + seconds
     with path.open("a") as file:
+        file.write("\n")  # What was torn off ends here.
         for part, number in _missing(counts, done):
             if time.monotonic() > until:
                 break

@@ -92,7 +92,10 @@ class Drawing:
 
 
 def looked_at(
-    lens: Lens, behind: NDArray[np.float32], rays: NDArray[np.float32], *hangings: object
+    lens: Lens,
+    behind: NDArray[np.float32],
+    rays: NDArray[np.float32],
+    *hangings: tuple[Drawing, Plane],
 ) -> NDArray[np.float32]:
     """The sub-pixels of a picture: drawings on planes before what is behind, later ones in front.
 
@@ -103,10 +106,10 @@ def looked_at(
         hangings: pairs of drawing and plane.
     """
     size = (lens.width * _FINE, lens.height * _FINE)
-    fine = cv2.resize(behind, size, interpolation=cv2.INTER_LINEAR)
-    for drawing, plane in hangings:  # pyright: ignore[reportGeneralTypeIssues]
+    fine = np.asarray(cv2.resize(behind, size, interpolation=cv2.INTER_LINEAR), np.float32)
+    for drawing, plane in hangings:
         _hang(fine, rays, drawing, plane)
-    return np.asarray(fine, np.float32)
+    return fine
 
 
 def _hang(

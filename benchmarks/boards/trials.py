@@ -95,7 +95,7 @@ def narrowest_px(lens: Lens, plane: Plane, target: Target) -> float:
 def inside(lens: Lens, xy_px: Float, border_px: float) -> np.ndarray:
     """Which points (..., 2) are in the picture, so far from its border."""
     limit = np.array([lens.width, lens.height]) - 1 - border_px
-    return ((xy_px >= border_px) & (xy_px <= limit)).all(axis=-1)
+    return np.asarray(((xy_px >= border_px) & (xy_px <= limit)).all(axis=-1))
 
 
 def large_enough(target: Target, side_px: Float) -> NDArray[np.bool_]:

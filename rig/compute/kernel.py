@@ -21,9 +21,7 @@ class _Notice(event.Listener):
         """A kernel is compiled, not read from disk."""
         if self._is_due:
             self._is_due = False
-            _log.warning(
-                "compiling the slope kernels for this processor: once, about half a minute"
-            )
+            _log.warning("compiling loops for this processor: once, about half a minute")
 
     def on_end(self, event: event.Event) -> None:
         """See `on_start`."""

@@ -19,6 +19,9 @@ _FEWEST = 9
 """A lattice of fewer corners than this is chance."""
 _MAX_UNEVEN = 0.11
 """Rms distance from a flat grid, in squares."""
+_MAX_BEND = 0.2
+"""Change of step along a line, or change of that change, in steps: of large squares through a wide
+lens it is this."""
 _MOSTLY = 0.6
 """Share of its places that a lattice bent by a lens must have..."""
 _NEARLY_ALL = 0.9
@@ -117,7 +120,7 @@ def _is_even(lattice: Lattice) -> bool:
     if float(lattice.found.mean()) < _MOSTLY or min(lattice.shape) < 3:
         return False
     lines = (lattice.xy_px, lattice.xy_px.transpose(1, 0, 2))
-    return all(smooth_triples(points, _MAX_UNEVEN).mean() > _NEARLY_ALL for points in lines)
+    return all(smooth_triples(points, _MAX_BEND).mean() > _NEARLY_ALL for points in lines)
 
 
 def _size(lattice: Lattice, asked: str) -> TargetError | None:

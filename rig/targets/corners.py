@@ -5,6 +5,7 @@ few passes over it: at most `MAX_SADDLES` points per resolution, three resolutio
 their links, a fixed number of steps per corner.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,6 +58,11 @@ class Corners:
     """Median difference of white and black, grey levels of the picture."""
 
     @property
+    def count(self) -> int:
+        """How many were found."""
+        return int(np.isfinite(self.xy_px[..., 0]).sum())
+
+    @property
     def side_px(self) -> float:
         """Median side of a square, px."""
         return Lattice(self.xy_px, self.xy_px).side_px
@@ -85,7 +91,7 @@ def find_corners(image: Image, board: Checkerboard) -> Corners:
     borders = at_border(completed(corners.xy_px)[~found], image.shape)
     where = f" up to the {' and '.join(borders)} border of the picture" if borders else ""
     raise TargetError(
-        f"all inner corners of a {board} board asked for, found {int(found.sum())} of "
+        f"all inner corners of a {board} board asked for, found {corners.count} of "
         f"{found.size}{where}",
         advice="move the board until all of it is in view"
         if borders
@@ -107,7 +113,7 @@ def find_board(image: Image, board: Checkerboard) -> Corners:
     Raises:
         TargetError: as `find_corners`; clipped only where too little is seen.
     """
-    if image.ndim != 2 or min(image.shape) < 16 or not np.isfinite(image).all():
+    if image.ndim != 2 or min(image.shape) < 16 or not _is_finite(image):
         raise TargetError(
             f"{board} board asked for in an array of shape {image.shape}",
             advice="give a grey picture (H, W) of at least 16 x 16 finite pixels",
@@ -120,11 +126,14 @@ def find_board(image: Image, board: Checkerboard) -> Corners:
         if corners is not None:
             return _checked(corners)
         seen.append((level, lattice))
-    for level, lattice in sorted(seen, key=lambda one: -int(one[1].found.sum())):
-        corners = _fit_part(pictures, level, lattice, board)
-        if corners is not None:
-            return _checked(corners)
+    parts = [part for level, lattice in seen for part in _fit_part(pictures, level, lattice, board)]
+    if parts:
+        return _checked(max(parts, key=lambda part: part.count))
     raise why_not(image, board, [lattice for _, lattice in seen])
+
+
+def _is_finite(image: Image) -> bool:
+    return image.dtype.kind != "f" or bool(np.isfinite(image).all())
 
 
 def corner_motion_px(first: Corners, last: Corners) -> float:
@@ -164,17 +173,20 @@ def _fit(
 
 def _fit_part(
     pictures: list[NDArray[np.float32]], level: int, lattice: Lattice, board: Checkerboard
-) -> Corners | None:
-    """The corners of a lattice where it is certain which they are."""
+) -> Iterator[Corners]:
+    """The corners of a lattice where it is certain which they are, fitted from either level."""
     there = Lattice(at_level(lattice.xy_px, level), lattice.bright)
     if goes_on(pictures[level], there):
-        return None
-    ends = ended_sides(pictures[level], there)
-    place = certain_place(lattice, board, ends)
+        return
+    place = certain_place(lattice, board, ended_sides(pictures[level], there))
     if place is None:
-        return None
+        return
     xy_px = place.on_board(board)
-    return _measured(pictures, level, completed(xy_px), np.isfinite(xy_px[..., 0]), board)
+    for start in sorted({max(level - 1, 0), level}):
+        found = np.isfinite(xy_px[..., 0])
+        corners = _measured(pictures, start, completed(xy_px), found, board)
+        if corners is not None:
+            yield corners
 
 
 def _measured(
@@ -193,9 +205,9 @@ def _measured(
         if kept is None:
             return None
         tried.add(level)
+        fit, wanted = fit.part(kept[wanted]), kept
         xy_px = xy_px.copy()
         xy_px[wanted] = from_level(fit.xy_px, level)
-        wanted, fit = kept, fit.part(kept[wanted])
         measured = _corners(board, xy_px, wanted, fit, 2**level)
         level = _suiting(measured.blur_px / 2**level, level, len(pictures))
     return measured
@@ -250,13 +262,16 @@ def _on_board(fit: CrossingFit, wanted: NDArray[np.bool_]) -> NDArray[np.bool_] 
 
     Of a whole board all are there, or it is none; of a part those that fit the others.
     """
+    fitted = np.isfinite(fit.xy_px[:, 0]) & np.isfinite(fit.sigma_px)
+    if not fitted.any():
+        return None
     row, column = np.nonzero(wanted)
     signed = fit.contrast * np.where((row + column) % 2, -1, 1)
-    usual = float(np.nanmedian(np.where(np.isfinite(fit.xy_px[:, 0]), signed, np.nan)))
-    good = np.isfinite(fit.xy_px[:, 0]) & (signed * np.sign(usual) > 0)
+    usual = float(np.median(signed[fitted]))
+    good = fitted & (signed * np.sign(usual) > 0)
     if not wanted.all():
         good &= signed * np.sign(usual) > _LEAST_CONTRAST * abs(usual)
-        good &= fit.sigma_px < _MOST_SIGMAS * np.nanmedian(fit.sigma_px)
+        good &= fit.sigma_px < _MOST_SIGMAS * np.median(fit.sigma_px[fitted])
     kept = wanted.copy()
     kept[wanted] = good
     xy_px = np.full((*wanted.shape, 2), np.nan)

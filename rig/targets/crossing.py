@@ -100,13 +100,13 @@ def edges_of(value: Float) -> Edges:
 
 @kernel()
 def crossing_at(
-    x: float, y: float, edges: Edges, measures: Float, has_markers: bool
+    x_px: float, y_px: float, edges: Edges, measures: Float, has_markers: bool
 ) -> tuple[float, float, float, float, float, float, float]:
     """Look at one pixel of one crossing whose levels are -1 and 1.
 
     Args:
-        x: from the corner, px.
-        y: likewise.
+        x_px: from the corner.
+        y_px: likewise.
         edges: that cross.
         measures: (8,) of its markers, see `Markers`.
         has_markers: whether there are any.
@@ -117,8 +117,8 @@ def crossing_at(
     """
     # Seen with this sign, the bright quadrants are those with both distances of one sign.
     n1_x, n1_y, n2_x, n2_y, blur, sign = edges
-    along_1, along_2 = x * n1_y - y * n1_x, x * n2_y - y * n2_x
-    one_px, two_px = x * n1_x + y * n1_y, sign * (x * n2_x + y * n2_y)
+    along_1, along_2 = x_px * n1_y - y_px * n1_x, x_px * n2_y - y_px * n2_x
+    one_px, two_px = x_px * n1_x + y_px * n1_y, sign * (x_px * n2_x + y_px * n2_y)
     rho = sign * (n1_x * n2_x + n1_y * n2_y)
     one, two = _rise(one_px, blur), _rise(two_px, blur)
     light, by_one, by_two, by_blur, by_rho = _opposite_quadrants(

@@ -67,7 +67,7 @@ def grow_lattices(
         fewest: corners below which a lattice is chance; at least 9 also asks for 3 x 3.
     """
     neighbour = neighbours(saddles, edges_of)
-    is_seen = (neighbour < 0).all(axis=(1, 2))
+    is_seen = np.asarray((neighbour < 0).all(axis=(1, 2)))
     taken = np.zeros((2 * len(saddles) + 1, 2 * len(saddles) + 1), np.bool_)
     lattices: list[Lattice] = []
     for seed in range(len(saddles)):

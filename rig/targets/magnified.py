@@ -39,7 +39,8 @@ def densest_part(picture: Picture, xy_px: Float) -> tuple[Picture, Float] | None
     inside = inside + summed[:-high, :-wide]
     # Of windows with as many points the middle one: the board is not cut off at its border.
     best = np.argwhere(inside == inside.max())
-    row, column = (int(place) for place in best[len(best) // 2] * _CELL_PX)
+    middle = np.abs(best - best.mean(axis=0)).sum(axis=1).argmin()
+    row, column = (int(place) for place in best[middle] * _CELL_PX)
     part = picture[row : row + high * _CELL_PX, column : column + wide * _CELL_PX]
     size = (part.shape[1] * 2, part.shape[0] * 2)
     large = cv2.resize(part, size, interpolation=cv2.INTER_CUBIC)

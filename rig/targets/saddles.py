@@ -208,11 +208,11 @@ def _sample(picture: Picture, xy_px: Float) -> Float:
 
 
 @kernel()
-def grey_at(picture: Picture, x: float, y: float) -> float:
+def grey_at(picture: Picture, x_px: float, y_px: float) -> float:
     """The grey level between four pixels."""
-    column = min(max(int(x), 0), picture.shape[1] - 2)
-    row = min(max(int(y), 0), picture.shape[0] - 2)
-    right, down = x - column, y - row
+    column = min(max(int(x_px), 0), picture.shape[1] - 2)
+    row = min(max(int(y_px), 0), picture.shape[0] - 2)
+    right, down = x_px - column, y_px - row
     top = picture[row, column] * (1 - right) + picture[row, column + 1] * right
     bottom = picture[row + 1, column] * (1 - right) + picture[row + 1, column + 1] * right
     return top * (1 - down) + bottom * down

@@ -59,14 +59,18 @@ class SampledCells:
         return ReadCells(self.shape, readable, above[:, 1:-1, 1:-1])
 
 
-def padded_grid(xy_px: Float) -> Float:
+def padded_grid(xy_px: Float, flat: Float | None = None) -> Float:
     """(R + 2, C + 2, 2) corners with missing ones and a ring around filled in.
 
     A homography tells where they lie; next to the border it is corrected by what it misses the
     nearest corner by, so that distortion is followed.
+
+    Args:
+        xy_px: (R, C, 2), NaN where there is none.
+        flat: what `flat_grid` makes of them, where that is known.
     """
     found = np.isfinite(xy_px[..., 0])
-    flat = flat_grid(xy_px)
+    flat = flat_grid(xy_px) if flat is None else flat
     apart = np.where(found[..., None], xy_px - flat[1:-1, 1:-1], 0.0)
     return flat + np.pad(apart, ((1, 1), (1, 1), (0, 0)), mode="edge")
 

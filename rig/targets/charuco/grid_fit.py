@@ -123,7 +123,8 @@ def _fitted(
         nothing = np.full(wanted.shape, np.nan)
         before = GridFits(np.full(xy_px.shape, np.nan), nothing, nothing, nothing, nothing)
     new = wanted & ~before.tried
-    around = padded_grid(xy_px)
+    flat = flat_grid(xy_px)
+    around = padded_grid(xy_px, flat)
     down, right = np.gradient(around, axis=0), np.gradient(around, axis=1)
     start, down, right = (place[1:-1, 1:-1][new] for place in (around, down, right))
     area = np.abs(down[:, 0] * right[:, 1] - down[:, 1] * right[:, 0])
@@ -132,7 +133,7 @@ def _fitted(
     axes /= length[..., None]
     side_px = area / length.max(axis=1)
     clear_px = (1 + board.marker_share) / 2 * side_px
-    markers = _markers(flat_grid(xy_px), new, axes, area[:, None] / length, board)
+    markers = _markers(flat, new, axes, area[:, None] / length, board)
     fit = fit_crossings(picture, start, axes, clear_px, markers)
     moved = np.linalg.norm(fit.xy_px - start, axis=1) / np.maximum(side_px, 1e-9)
     return GridFits(

@@ -135,6 +135,10 @@ def test_of_a_part_corners_that_fit_the_others_stay(
         assert int(kept.sum()) == 9 + stays
 
 
+def test_where_nothing_could_be_fitted_there_is_no_board() -> None:
+    assert not is_whole(np.full((4, 5, 2), np.nan), TURN)
+
+
 def test_a_part_has_two_fifths_of_the_corners() -> None:
     for count, is_enough in ((8, True), (7, False)):
         part = np.arange(20).reshape(4, 5) < count

@@ -82,20 +82,26 @@ def test_an_end_out_of_the_picture_is_not_told() -> None:
 @pytest.mark.parametrize("quarter", range(4))
 def test_a_part_with_one_end_has_one_place(quarter: int) -> None:
     seen = part(slice(1, 4))
-    turned = Lattice(np.rot90(seen.xy_px, quarter), np.rot90(seen.bright, quarter))
-    sides = (False, True, False, True)
-    ends = sides[quarter:] + sides[:quarter]
     # Both sides of a part that is as long as the board say nothing about its rows.
-    assert certain_place(turned, BOARD, ends) is None
-    for first, sides in ((0, (True, True, False, True)), (2, (False, True, True, True))):
+    assert certain_place(turned(seen, quarter), BOARD, around((0, 1, 0, 1), quarter)) is None
+    for first, sides in ((0, (1, 1, 0, 1)), (2, (0, 1, 1, 1))):
         seen = part(slice(first, first + 3))
-        turned = Lattice(np.rot90(seen.xy_px, quarter), np.rot90(seen.bright, quarter))
-        found = certain_place(turned, BOARD, sides[quarter:] + sides[:quarter])
+        found = certain_place(turned(seen, quarter), BOARD, around(sides, quarter))
         assert found is not None
         assert (found.row, found.column) == (first, 0)
         there = found.on_board(BOARD)
         assert there[first : first + 3].tolist() == seen.xy_px.tolist()
         assert int(np.isnan(there[..., 0]).sum()) == 12
+
+
+def turned(lattice: Lattice, quarter: int) -> Lattice:
+    return Lattice(np.rot90(lattice.xy_px, quarter), np.rot90(lattice.bright, quarter))
+
+
+def around(sides: tuple[int, int, int, int], quarter: int) -> Sides:
+    """The sides of a lattice turned by `turned`."""
+    top, right, bottom, left = (bool(sides[(side + quarter) % 4]) for side in range(4))
+    return top, right, bottom, left
 
 
 def test_no_place_is_certain_without_an_end_or_a_full_length() -> None:
@@ -118,5 +124,4 @@ def test_a_board_that_looks_the_same_turned_begins_at_the_top_left() -> None:
         board = Checkerboard(count, count, 25.0)
         seen = part(slice(count), slice(count))
         for quarter in turns:
-            turned = Lattice(np.rot90(seen.xy_px, quarter), np.rot90(seen.bright, quarter))
-            assert begins(turned, board).tolist() == [AT_PX - 0.5, AT_PX - 0.5]
+            assert begins(turned(seen, quarter), board).tolist() == [AT_PX - 0.5, AT_PX - 0.5]
