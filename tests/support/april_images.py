@@ -71,7 +71,7 @@ class AprilScene:
         camera = np.array(
             [[self.focal_px, 0, middle[0]], [0, self.focal_px, middle[1]], [0, 0, 1.0]]
         )
-        return camera @ np.column_stack([across, down, origin])
+        return np.asarray(camera @ np.column_stack([across, down, origin]), np.float64)
 
     def texture(self) -> tuple[NDArray[np.uint8], int, int]:
         """The grid on paper, texels per side of a tag, and texels of margin around it."""
