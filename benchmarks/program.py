@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.failing_disk import calls
-from benchmarks.warm import warm_up
+from benchmarks.warm import make_ready, warm_up
 from rig.calibrate.album import Album
 from rig.cli import main
 from rig.database import Store
@@ -57,6 +57,7 @@ def run_program(
         number: the signal.
         first: called in the new process before anything else.
     """
+    make_ready()
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix="rig-said-") as name:
         said = Path(name)
         pid = os.fork()

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.errors import TargetError
-from rig.targets import CharucoBoard, Detection, Target, find_target
+from rig.targets import CharucoBoard, Detection, find_target
 from rig.targets.checkerboard import Checkerboard
 from tests.support.board_images import BoardScene, digitised
 from tests.support.charuco_images import CharucoScene
@@ -35,7 +35,7 @@ TILTS_DEG = (
 )
 
 
-def scene_of(target: Target, random: np.random.Generator) -> BoardScene:
+def scene_of(target: Checkerboard | CharucoBoard, random: np.random.Generator) -> BoardScene:
     """A pose that a hand-held board may have; parts of it may be out of view."""
     kind = CharucoScene if isinstance(target, CharucoBoard) else BoardScene
     reach = 80.0 if isinstance(target, CharucoBoard) else 20.0
@@ -79,7 +79,7 @@ def timed(work: Callable[[], object]) -> float:
     return time.process_time() - begun
 
 
-def tried(image: Image, target: Target) -> Detection | str:
+def tried(image: Image, target: Checkerboard | CharucoBoard) -> Detection | str:
     """The corners, or the reason."""
     try:
         return find_target(image, target)
@@ -87,7 +87,7 @@ def tried(image: Image, target: Target) -> Detection | str:
         return error.reason
 
 
-def measure(target: Target, pictures: int) -> None:
+def measure(target: Checkerboard | CharucoBoard, pictures: int) -> None:
     """Print error and time of one kind of board."""
     random = np.random.default_rng(5)
     errors: list[NDArray[np.float64]] = []

@@ -13,6 +13,7 @@ import tempfile
 import threading
 from collections.abc import Sequence
 from contextlib import redirect_stderr, redirect_stdout
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -38,12 +39,6 @@ def _no_epis(*_: object) -> list[object]:
     return []
 
 
-figures.draw_svg = _undrawn  # before the modules that import it by name
-for _module in _MODULES:
-    importlib.import_module(f"rig.{_module}")
-importlib.import_module("rig.report.page").board_epis = _no_epis  # type: ignore[attr-defined]
-
-
 def _keep_pictures() -> None:
     kept: dict[tuple[str, Any, float], Any] = {}
     exposures: Any = Exposures
@@ -58,10 +53,17 @@ def _keep_pictures() -> None:
     exposures._expose = exposed  # noqa: SLF001
 
 
-_keep_pictures()
-# Threads of a pool do not come along when a process forks: all works in the caller's.
-os.environ["RIG_THREADS"] = "1"
-cv2.setNumThreads(1)
+@cache
+def make_ready() -> None:
+    """Do it once, and never by being imported: this program is no longer good for anything else."""
+    figures.draw_svg = _undrawn  # before the modules that import it by name
+    for module in _MODULES:
+        importlib.import_module(f"rig.{module}")
+    importlib.import_module("rig.report.page").board_epis = _no_epis  # type: ignore[attr-defined]
+    _keep_pictures()
+    # Threads of a pool do not come along when a process forks: all works in the caller's.
+    os.environ["RIG_THREADS"] = "1"
+    cv2.setNumThreads(1)
 
 
 def warm_up(words: Sequence[str | Path], code: Sequence[int] = (0, 3)) -> None:
@@ -71,6 +73,7 @@ def warm_up(words: Sequence[str | Path], code: Sequence[int] = (0, 3)) -> None:
         SystemExit: it ends with another exit code.
         RuntimeError: it left a thread, which no forked process would have.
     """
+    make_ready()
     before, here = sys.argv, Path.cwd()
     out = io.StringIO()
     sys.argv = ["rig", *map(str, words)]

@@ -6,6 +6,7 @@ import numpy as np
 
 from benchmarks.boards.looks import Drawing, Lens, Plane, hung
 from benchmarks.boards.trials import (
+    Board,
     Trial,
     drawn,
     inside,
@@ -16,14 +17,14 @@ from benchmarks.boards.trials import (
     some_lens,
     widths_px,
 )
-from rig.targets import CharucoBoard, Target
+from rig.targets import CharucoBoard
 from rig.targets.checkerboard import Checkerboard
 
 Random = np.random.Generator
 View = tuple[Lens, Plane]
 
 
-def _in_view(random: Random, target: Target, low_px: float, high_px: float) -> View:
+def _in_view(random: Random, target: Board, low_px: float, high_px: float) -> View:
     """A lens and a place at which all of a board is seen, squares so large."""
     while True:
         lens = some_lens(random, wide=random.random() < 0.3)
@@ -41,24 +42,24 @@ def _in_view(random: Random, target: Target, low_px: float, high_px: float) -> V
                 return lens, plane
 
 
-def _usual(random: Random, target: Target) -> View:
+def _usual(random: Random, target: Board) -> View:
     while True:
         view = _in_view(random, target, 14.0, 60.0)
         if large_enough(target, widths_px(*view, target)).all():
             return view
 
 
-def _trial(kind: str, target: Target, image: np.ndarray, view: View | None, *reasons: str) -> Trial:
+def _trial(kind: str, target: Board, image: np.ndarray, view: View | None, *reasons: str) -> Trial:
     corners = None
     if view is not None:
         corners = view[0].shown(view[1].points(places(target))).reshape(-1, 2)
     return Trial(kind, target, image, corners, reasons)
 
 
-def other_count(random: Random, target: Target) -> Trial:
+def other_count(random: Random, target: Board) -> Trial:
     """A board with a row or column less or more."""
     change = [(1, 0), (0, 1), (-1, 0), (0, -1), (2, -1), (2, 2)][int(random.integers(6))]
-    other: Target
+    other: Board
     if isinstance(target, CharucoBoard):
         # Rows more or less do not change the numbers of the others: such a board is a part of it.
         other = target.with_changes(
@@ -73,7 +74,7 @@ def other_count(random: Random, target: Target) -> Trial:
                   "wrong-count")  # fmt: skip
 
 
-def clipped(random: Random, target: Target) -> Trial:
+def clipped(random: Random, target: Board) -> Trial:
     """A board of which some lines of corners are out of the picture."""
     while True:
         lens, plane = _usual(random, target)
@@ -93,7 +94,7 @@ def clipped(random: Random, target: Target) -> Trial:
     return _trial("clipped", target, image, (lens, plane), *_reasons_of_part(target, seen))
 
 
-def covered(random: Random, target: Target) -> Trial:
+def covered(random: Random, target: Board) -> Trial:
     """A sheet of one grey level over a few squares up to all but a line of them."""
     lens, plane = _usual(random, target)
     half = np.array([target.columns + 1, target.rows + 1]) / 2
@@ -110,7 +111,7 @@ def covered(random: Random, target: Target) -> Trial:
     return _trial("covered", target, image, (lens, plane), *_reasons_of_part(target, open_to))
 
 
-def _reasons_of_part(target: Target, seen: np.ndarray) -> tuple[str, ...]:
+def _reasons_of_part(target: Board, seen: np.ndarray) -> tuple[str, ...]:
     """Right reasons where only some corners are seen: so few as chance brings are not found."""
     reasons = ("clipped", "which-part", "few-corners")
     if isinstance(target, CharucoBoard):
@@ -123,7 +124,7 @@ def _reasons_of_part(target: Target, seen: np.ndarray) -> tuple[str, ...]:
     return (*reasons, "not-found") if nothing else reasons
 
 
-def small(random: Random, target: Target) -> Trial:
+def small(random: Random, target: Board) -> Trial:
     """Squares that are smaller than can be measured."""
     low, high = (3.0, 5.5)
     if isinstance(target, CharucoBoard):
@@ -134,7 +135,7 @@ def small(random: Random, target: Target) -> Trial:
                   (lens, plane), "too-small")  # fmt: skip
 
 
-def blurred(random: Random, target: Target) -> Trial:
+def blurred(random: Random, target: Board) -> Trial:
     """Out of focus, so that edges run together."""
     lens, plane = _usual(random, target)
     share = float(random.uniform(0.24, 0.45))
@@ -145,7 +146,7 @@ def blurred(random: Random, target: Target) -> Trial:
     return _trial("blurred", target, image, (lens, plane), "blurred")
 
 
-def dark(random: Random, target: Target) -> Trial:
+def dark(random: Random, target: Board) -> Trial:
     """Far too short an exposure."""
     lens, plane = _usual(random, target)
     gain = float(random.uniform(0.0, 0.03))
@@ -153,7 +154,7 @@ def dark(random: Random, target: Target) -> Trial:
     return _trial("dark", target, image, (lens, plane), "under-exposed")
 
 
-def burnt(random: Random, target: Target) -> Trial:
+def burnt(random: Random, target: Board) -> Trial:
     """Far too long an exposure: black is white as well."""
     lens, plane = _usual(random, target)
     lift = float(random.uniform(240, 300))
@@ -161,13 +162,13 @@ def burnt(random: Random, target: Target) -> Trial:
     return _trial("burnt", target, image, (lens, plane), "over-exposed")
 
 
-def absent(random: Random, target: Target) -> Trial:
+def absent(random: Random, target: Board) -> Trial:
     """Nothing but what is behind."""
     image = picture(random, some_lens(random, wide=False))
     return _trial("absent", target, image, None, "not-found")
 
 
-def other_dictionary(random: Random, target: Target) -> Trial:
+def other_dictionary(random: Random, target: Board) -> Trial:
     """The same layout with other markers; without markers for a checkerboard: of other count."""
     if not isinstance(target, CharucoBoard):
         return other_count(random, target)
@@ -180,7 +181,7 @@ def other_dictionary(random: Random, target: Target) -> Trial:
     return _trial("other-dictionary", target, image, None, "wrong-dictionary")
 
 
-def other_pattern(random: Random, target: Target) -> Trial:
+def other_pattern(random: Random, target: Board) -> Trial:
     """White on black; for a checkerboard, one of other count."""
     if not isinstance(target, CharucoBoard):
         return other_count(random, target)
@@ -190,13 +191,13 @@ def other_pattern(random: Random, target: Target) -> Trial:
     return _trial("other-pattern", target, image, None, "wrong-pattern")
 
 
-FAULTS: tuple[Callable[[Random, Target], Trial], ...] = (
+FAULTS: tuple[Callable[[Random, Board], Trial], ...] = (
     other_count, clipped, covered, small, blurred, dark, burnt, absent, other_dictionary,
     other_pattern,
 )  # fmt: skip
 
 
-def faulty_board(number: int, seed: int, target: Target) -> Trial:
+def faulty_board(number: int, seed: int, target: Board) -> Trial:
     """A board with the fault whose turn it is."""
     random = np.random.default_rng((seed, 3, number))
     return FAULTS[number % len(FAULTS)](random, target)

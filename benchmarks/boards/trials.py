@@ -1,6 +1,7 @@
 """One rendered picture per number: without a board, or with one through a wide lens."""
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -8,9 +9,11 @@ from numpy.typing import NDArray
 
 from benchmarks.boards.looks import Drawing, Float, Image, Lens, Plane, hung, looked_at, taken
 from benchmarks.boards.textures import TEXTURES
-from rig.targets import CharucoBoard, Target
+from rig.targets import CharucoBoard
 from rig.targets.charuco.board import DICTIONARIES
 from rig.targets.checkerboard import Checkerboard
+
+Board: TypeAlias = Checkerboard | CharucoBoard
 
 CHECKERS = (
     Checkerboard(9, 6, 25.0),
@@ -40,7 +43,7 @@ class Trial:
     """A picture, what is asked of it, and what is true."""
 
     kind: str
-    target: Target
+    target: Board
     image: Image
     corners: Float | None = None
     """(rows * columns, 2) true places; None without the board that is asked for."""
@@ -48,7 +51,7 @@ class Trial:
     """Reasons that are right where nothing is found."""
 
 
-def drawn(target: Target, dictionary: str | None = None) -> Drawing:
+def drawn(target: Board, dictionary: str | None = None) -> Drawing:
     """The board on its paper."""
     cells = int(_TEXELS)
     if isinstance(target, CharucoBoard):
@@ -70,14 +73,14 @@ def drawn(target: Target, dictionary: str | None = None) -> Drawing:
     return Drawing((30 + paper * np.float32(0.7)).astype(np.uint8), float(cells))
 
 
-def places(target: Target, ring: int = 0) -> Float:
+def places(target: Board, ring: int = 0) -> Float:
     """(rows + 2 ring, columns + 2 ring, 2) corners about the board's middle, in squares."""
     row, column = np.mgrid[-ring : target.rows + ring, -ring : target.columns + ring]
     middle = np.array([target.columns - 1, target.rows - 1]) / 2
     return np.stack([column, row], axis=-1) - middle
 
 
-def widths_px(lens: Lens, plane: Plane, target: Target) -> Float:
+def widths_px(lens: Lens, plane: Plane, target: Board) -> Float:
     """(rows, columns) width of the narrowest square at every corner, NaN beyond the lens."""
     grid = lens.shown(plane.points(places(target, ring=1)))
     right, down = np.diff(grid, axis=1)[:-1], np.diff(grid, axis=0)[:, :-1]
@@ -87,7 +90,7 @@ def widths_px(lens: Lens, plane: Plane, target: Target) -> Float:
     return np.min([wide[:-1, :-1], wide[1:, :-1], wide[:-1, 1:], wide[1:, 1:]], axis=0)
 
 
-def narrowest_px(lens: Lens, plane: Plane, target: Target) -> float:
+def narrowest_px(lens: Lens, plane: Plane, target: Board) -> float:
     """Width of the narrowest square, NaN where a part is beyond the lens."""
     return float(widths_px(lens, plane, target).min())
 
@@ -98,7 +101,7 @@ def inside(lens: Lens, xy_px: Float, border_px: float) -> np.ndarray:
     return np.asarray(((xy_px >= border_px) & (xy_px <= limit)).all(axis=-1))
 
 
-def large_enough(target: Target, side_px: Float) -> NDArray[np.bool_]:
+def large_enough(target: Board, side_px: Float) -> NDArray[np.bool_]:
     """Whether squares of that width can be found."""
     if isinstance(target, CharucoBoard):
         return side_px * target.marker_share / target.bits_across >= LEAST_BIT_PX
@@ -165,7 +168,7 @@ def without_board(number: int, seed: int) -> tuple[Trial, Trial]:
     return Trial(kind, checker, image), Trial(kind, charuco, image)
 
 
-def wide_board(number: int, seed: int, target: Target) -> Trial:
+def wide_board(number: int, seed: int, target: Board) -> Trial:
     """A board that is wholly visible and large enough through a lens of 90 to 170 degrees."""
     random = np.random.default_rng((seed, 2, number))
     while True:

@@ -37,12 +37,6 @@ _REASONS: dict[tuple[str, str, str, str], str] = {
         "(1)",
     ): _ONE_AXIS,
     (
-        "rig/targets/corners.py",
-        "for quarter in range(4):",
-        "4",
-        "(5)",
-    ): "a fifth quarter turn is the first way up again, and of two alike the first is taken",
-    (
         "rig/optics/calibrated.py",
         "if away > _MISPLACED * float(np.hypot(view.x_steps, view.y_steps)) + 1e-9:",
         "away > _MISPLACED * float(np.hypot(view.x_steps, view.y_steps)) + 1e-9",

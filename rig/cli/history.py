@@ -325,7 +325,7 @@ def _show_known(cells: list[list[str]], header: tuple[str, ...]) -> None:
 
 
 def newest_as_dict(found: "History", where: str, rig: str | None, count: int) -> dict[str, object]:
-    """Return what programs are told of the newest sweeps and calibrations.
+    """Return what programs are told of the newest sweeps, calibrations and looks at scenes.
 
     Args:
         found: all that is stored.
@@ -335,4 +335,5 @@ def newest_as_dict(found: "History", where: str, rig: str | None, count: int) ->
     """
     sweeps = [row for row in found.sweeps if rig in (None, row.rig)][-count:]
     calibrations = [row for row in found.calibrations if rig in (None, row.rig)][-count:]
-    return dict(_as_dict(where, sweeps, calibrations, found))
+    drifts = [row for row in found.drifts if rig in (None, row.rig)][-count:]
+    return dict(_as_dict(where, sweeps, calibrations, drifts, found))

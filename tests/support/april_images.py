@@ -63,7 +63,8 @@ class AprilScene:
 
     def pixel_from_tags(self) -> Float:
         """Homography from sides of a tag, right of and below the top left corner, to px."""
-        rotation = cv2.Rodrigues(np.radians(np.array(self.tilt_deg, np.float64)))[0]
+        tilt_rad = np.radians(np.array(self.tilt_deg, np.float64))
+        rotation = np.asarray(cv2.Rodrigues(tilt_rad)[0], np.float64)
         wide, high = self.size_tags
         across, down = rotation[:, 0] * self.tag_mm, rotation[:, 1] * self.tag_mm
         origin = np.array([*self.offset_mm, self.distance_mm]) - wide / 2 * across - high / 2 * down

@@ -102,7 +102,7 @@ def test_either_side_of_the_focus_needs_two_distances(
     slopes_px: tuple[float, ...], side: str
 ) -> None:
     points = [make_point(400.0 + 100 * k, m) for k, m in enumerate(slopes_px)]
-    with pytest.raises(CurveError, match=f"1 distances {side} the focus distance"):
+    with pytest.raises(CurveError, match=f"1 distance {side} the focus distance"):
         fit_two_lines(stops_of(points))
 
 

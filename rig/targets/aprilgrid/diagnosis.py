@@ -65,7 +65,7 @@ def check_spacing(xy_px: Float, grid: AprilGrid) -> None:
 
 
 def why_not(
-    image: Image, picture: Picture, quads_px: Float, grid: AprilGrid, corners: int
+    image: Image, picture: Picture, quads_px: Float, grid: AprilGrid, tags: int, corners: int
 ) -> TargetError:
     """Return the error that says what was asked, what was found and what to do.
 
@@ -74,15 +74,17 @@ def why_not(
         picture: the same, for reading bits.
         quads_px: (Q, 4, 2) black quadrilaterals.
         grid: what was asked for.
+        tags: how many tags of it were read.
         corners: how many corners of it were found: too few.
     """
     asked = f"AprilGrid of {grid} tags (36h11, numbers {grid.first_tag}.."
     asked += f"{grid.first_tag + grid.tag_count - 1}, border of {grid.border_bits} bits) asked for"
     own = read_tags(picture, quads_px, border_bits=grid.border_bits, share=grid.spacing)
-    if corners:
+    if tags:
         return TargetError(
-            f"{asked}, found {corners} of its corners, 6 are needed",
-            advice="bring more of it into view, nearer, and out of glare",
+            f"{asked}, found {tags} of its tags and {corners} of its corners, 6 are needed",
+            advice="bring more of it into view, nearer, and out of glare; small black squares must "
+            "touch the corners of its tags",
             reason="few-corners",
         )
     return (

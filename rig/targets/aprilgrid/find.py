@@ -42,7 +42,7 @@ def find_aprilgrid(image: Image, grid: AprilGrid) -> Detection:
     found = _measured(pictures, rough_corners(tags, grid), grid) if tags else None
     count = 0 if found is None else int(found.found.sum())
     if found is None or count < FEWEST_CORNERS:
-        raise why_not(image, pictures[0], np.concatenate(quads), grid, count)
+        raise why_not(image, pictures[0], np.concatenate(quads), grid, len(tags), count)
     check_spacing(found.xy_px, grid)
     check_measurable(grid, found.side_px, found.blur_px)
     row, column = np.nonzero(found.found)

@@ -30,7 +30,7 @@ def test_of_few_it_is_exact():
 
 
 @settings(max_examples=25, deadline=None)
-@given(seed=st.integers(0, 1000), exponent=st.floats(-5.5, 5.0), width=st.floats(0.0, 2.0))
+@given(seed=st.integers(0, 1000), exponent=st.floats(-5.5, 3.0), width=st.floats(0.0, 2.0))
 def test_of_many_it_is_right_within_half_a_per_cent(seed: int, exponent: float, width: float):
     values_s = 10.0**exponent * np.random.default_rng(seed).lognormal(0.0, width, EXACT + 501)
     spread = spread_of(values_s.tolist())

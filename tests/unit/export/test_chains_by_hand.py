@@ -118,7 +118,9 @@ def test_a_pair_is_also_written_as_the_sample_has_it_but_for_fisheyes(tmp_path: 
 
     def written(geometry: RigGeometry, name: str) -> bool:
         (tmp_path / name).mkdir()
-        geometry_format("opencv").write(geometry, tmp_path / name)
+        write = geometry_format("opencv").write
+        assert write is not None
+        write(geometry, tmp_path / name)
         return (tmp_path / name / "extrinsics.yml").exists()
 
     pair = RigGeometry(whole.names[:2], 1, whole.cameras[:2], whole.cam_from_reference[:2])

@@ -51,7 +51,7 @@ def test_a_recording_without_further_words_plays_back(rig: Command, tmp_path: Pa
     answer = rig(*SHORT, "--out", str(tmp_path / "maps"), "--record", str(file))
     assert answer.code in (0, 3), answer.err
     assert recorded_views(file) == ("centre", "left", "right", "top", "bottom")
-    refused = rig(*SHORT, "--out", str(tmp_path / "maps"), "--record", str(file), "--as", "ros2")
+    refused = rig(*SHORT, "--out", str(tmp_path / "other"), "--record", str(file), "--as", "ros2")
     assert refused.code == 1
     assert "exists already" in refused.err
 
