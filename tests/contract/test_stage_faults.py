@@ -93,6 +93,7 @@ def test_what_ends_the_dialogue_is_always_told(protocol: str, kind: str) -> None
         assert session.error is not None or not session.wire.has_struck
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", MAKERS)
 @pytest.mark.parametrize("protocol", STAGES)
 def test_a_fault_never_gives_a_wrong_place_at_many_moments(protocol: str, kind: str) -> None:
