@@ -89,7 +89,9 @@ def notice_motion(
     grams = _pose_grams(observed, linear, weight)
     own, pulled = grams[:, :, -1 - POSE : -1], grams[:, :, -1]
     shown = np.add.reduceat(weight > 0, observed.start[:-1], dtype=np.int64) >= FEWEST_POINTS
-    moving = shown & ~resting[observed.picture]
+    # A pose that one view alone tells takes all its pulls: what is left is rounding.
+    together = np.bincount(observed.picture[shown], minlength=size) > 1
+    moving = shown & ~resting[observed.picture] & together[observed.picture]
     if not moving.any():
         return None
     spread = own - _through(problem, reduced, inverse, grams)
