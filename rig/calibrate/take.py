@@ -56,7 +56,7 @@ def read_stored(collection: Collection, operator: Operator) -> None:
             collection.add(picture)
             shown = len(collection.sightings)
             operator.progress(
-                collection.tally.pictures, f"target in {shown} pictures of the recording"
+                collection.tally.pictures, f"pictures of the recording with the target: {shown}"
             )
 
 

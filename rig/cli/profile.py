@@ -78,7 +78,8 @@ def check_profile(
         profile = load_profile(name, overrides or ())
         found = doubts(profile, find_profile(name).read_text(encoding="utf-8"))
         verdict = f"{len(found)} to settle" if found else "good"
-        show(f"{name}: {verdict}; {len(profile.views)} views, camera {profile.camera.kind}")
+        views = "1 view" if len(profile.views) == 1 else f"{len(profile.views)} views"
+        show(f"{name}: {verdict}; {views}, camera {profile.camera.kind}")
         for doubt in found:
             show(f"  {doubt}")
         doubted += [name] if found else []

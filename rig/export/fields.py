@@ -1,6 +1,7 @@
 """Takes numbers out of what a file held, and says which are missing or odd."""
 
 import json
+import math
 import reprlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -178,10 +179,9 @@ def turned(vector_rad: Sequence[float], translation_mm: Sequence[float], where: 
     Raises:
         FormatError: it turns about thousands of times, or goes further than any camera stands.
     """
-    if not max(map(abs, vector_rad)) < _MOST_TURN_RAD:
-        raise FormatError(
-            f"{where}: is no Rodrigues vector in rad, found {max(map(abs, vector_rad)):g}"
-        )
+    turn_rad = math.hypot(*vector_rad)
+    if not turn_rad < _MOST_TURN_RAD:
+        raise FormatError(f"{where}: is no Rodrigues vector in rad, its length is {turn_rad:g}")
     moved_mm = _within_reach(translation_mm, where)
     return Pose.from_vectors(np.array(vector_rad), moved_mm)
 
@@ -192,18 +192,16 @@ def quaternion(xyzw: Sequence[float], translation_mm: Sequence[float], where: st
     Raises:
         FormatError: it is none, or goes further than any camera stands.
     """
-    length = float(np.linalg.norm(xyzw))
+    length = math.hypot(*xyzw)  # infinite without a warning where numbers are absurd
     if not 0.99 < length < 1.01:
         raise FormatError(f"{where}: its quaternion has length {length:g}, expected 1")
     return Pose(matrix_of(xyzw), _within_reach(translation_mm, where))
 
 
 def _within_reach(translation_mm: Sequence[float], where: str) -> Float:
-    farthest_mm = max(map(abs, translation_mm))
-    if not farthest_mm < _FARTHEST_MM:
-        raise FormatError(
-            f"{where}: stands {farthest_mm / 1e3:.3g} m away, no camera of a rig does"
-        )
+    away_mm = math.hypot(*translation_mm)  # not a number where one of them is none
+    if not away_mm < _FARTHEST_MM:
+        raise FormatError(f"{where}: stands {away_mm / 1e3:.3g} m away, no camera of a rig does")
     return np.array(translation_mm, np.float64)
 
 

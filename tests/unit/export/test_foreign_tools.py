@@ -4,6 +4,7 @@ Pixels come from OpenCV's projection of the numbers that stand in the file; the 
 where it puts the same points.
 """
 
+import math
 import struct
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -11,7 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from rig.arrays import Float
@@ -220,7 +221,20 @@ def test_damaged_binary_models_are_told_with_the_place(
         colmap.read(tmp_path)
 
 
+@pytest.mark.parametrize("at", [4, 36], ids=["turn", "place"])
+@pytest.mark.parametrize("number", [math.nan, math.inf, 1e200])
+def test_absurd_numbers_of_a_binary_image_are_told(tmp_path: Path, at: int, number: float) -> None:
+    foreign_files.colmap_binary(geometry_with("none"), tmp_path)
+    file = tmp_path / "images.bin"
+    content = bytearray(file.read_bytes())
+    content[8 + at + 8 : 8 + at + 16] = struct.pack("<d", number)  # the second of four or three
+    file.write_bytes(content)
+    with pytest.raises(FormatError, match=r"images.bin.*(quaternion has length|no camera of a rig does|finite)"):
+        colmap.read(tmp_path)
+
+
 @SETTINGS
+@example(at=0.375, junk=b"_", name="images")  # an exponent
 @given(at=st.floats(0, 1), junk=st.binary(max_size=12), name=st.sampled_from(["cameras", "images"]))
 def test_any_damage_to_binary_models_is_refused_or_reads(
     tmp_path: Path, at: float, junk: bytes, name: str
