@@ -229,7 +229,9 @@ def test_absurd_numbers_of_a_binary_image_are_told(tmp_path: Path, at: int, numb
     content = bytearray(file.read_bytes())
     content[8 + at + 8 : 8 + at + 16] = struct.pack("<d", number)  # the second of four or three
     file.write_bytes(content)
-    with pytest.raises(FormatError, match=r"images.bin.*(quaternion has length|no camera of a rig does|finite)"):
+    with pytest.raises(
+        FormatError, match=r"images.bin.*(quaternion has length|no camera of a rig does|finite)"
+    ):
         colmap.read(tmp_path)
 
 
