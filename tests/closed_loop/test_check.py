@@ -125,14 +125,14 @@ def test_views_a_little_late_are_a_warning(database: str):
     [
         ("world.view_errors.left.gain=0.08", "exposure", "left 2%-8%", "left: lengthen"),
         pytest.param(
-            "world.view_errors.left.gain=1.6",
+            "world.view_errors.left.gain=6.0",
             "exposure",
             "saturated",
             "left: shorten",
             marks=pytest.mark.slow,
         ),
         pytest.param(
-            "world.view_errors.left.gain=6.0",
+            "world.view_errors.left.gain=40.0",
             "board",
             "left: 9 x 6 board",
             "dim the light",
