@@ -22,7 +22,9 @@ _FEWEST = 3
 _AGREED_RAD = np.radians(6.0)
 """First guesses of cameras turn boards by some degrees; two views that differ by less agree."""
 _CLEARLY = 3.0
-"""As they come, they must differ by so many times as much."""
+"""As they come, they must differ by so many times as much..."""
+_LEAST_RAD = np.radians(0.1)
+"""...as at least this: of boards that do not turn, only rounding would speak."""
 
 
 def refuse_mirrored(
@@ -69,7 +71,7 @@ def refuse_mirrored(
             mirrored_rad = _apart_rad(
                 back, as_they_come, pictures, view, other, (np.eye(3), HALF_TURN)
             )
-            if mirrored_rad < _AGREED_RAD and asis_rad > _CLEARLY * mirrored_rad:
+            if mirrored_rad < _AGREED_RAD and asis_rad > _CLEARLY * max(mirrored_rad, _LEAST_RAD):
                 unlike[view].append(other)
                 unlike[other].append(view)
                 counts.append((len(pictures), asis_rad, mirrored_rad))
