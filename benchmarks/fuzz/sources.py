@@ -23,13 +23,15 @@ from rig.depth import read_pfm, write_pfm
 from rig.devices import SystemClock
 from rig.errors import FormatError
 from rig.export.formats import formats_of
-from rig.export.geometry_format import export_geometry, geometry_format
+from rig.export.geometry_format import GeometryFormat, export_geometry, geometry_format
 from rig.export.geometry_import import match_views
+from rig.geometry.rig_geometry import RigGeometry
 from rig.places import profile_files
 from rig.profile import FolderCameraConfig, ViewConfig
 from rig.profile.load import load_profile
 from rig.recording import recorded
 from rig.sweep.request import SweepRequest, plan_of, planned_times
+from tests.support import foreign_files
 from tests.support.recordings import written
 
 Read = Callable[[], object]
@@ -187,7 +189,7 @@ def recordings(folder: Path) -> Draw:
 
 
 def imports(name: str) -> Callable[[Path], Draw]:
-    """One of the six formats of other tools."""
+    """One of the formats of other tools."""
 
     def prepare(folder: Path) -> Draw:
         geometry = known_geometry()
@@ -198,8 +200,7 @@ def imports(name: str) -> Callable[[Path], Draw]:
             geometry = replace(geometry, names=sockets)
         held = geometry_format(name)
         made = folder / "made"
-        path = export_geometry(geometry, held, made, may_refit=True).path
-        place = path if path.is_file() else made
+        place = _written(geometry, held, made)
         valid = {file: file.read_text() for file in sorted(made.rglob("*")) if file.is_file()}
         profile = load_profile("sim")
 
@@ -217,6 +218,21 @@ def imports(name: str) -> Callable[[Path], Draw]:
         return draw
 
     return prepare
+
+
+def _written(geometry: RigGeometry, held: GeometryFormat, folder: Path) -> Path:
+    """Write a calibration where it is read from, in the words of others what we only read."""
+    folder.mkdir(exist_ok=True)
+    if held.name == "caliscope":
+        place = folder / "camera_array.toml"
+        place.write_text(foreign_files.caliscope(geometry))
+        return place
+    if held.name == "zed":
+        place = folder / "SN12345678.conf"
+        place.write_text(foreign_files.zed(geometry.cameras[0], geometry))
+        return place
+    path = export_geometry(geometry, held, folder, may_refit=True).path
+    return path if path.is_file() else folder
 
 
 def stage_lines(folder: Path) -> Draw:
