@@ -117,7 +117,7 @@ def _number(
     try:
         return fields.number(float(written), f"{where} {name}")
     except ValueError as error:
-        raise FormatError(f"{where}: {name} is {written[:40]}, expected a number") from error
+        raise FormatError(f"{where}: {name} is {written[:40]!r}, expected a number") from error
 
 
 FORMAT = GeometryFormat(

@@ -283,7 +283,7 @@ def test_a_zed_sees_points_where_its_configuration_puts_them(
         (("[STEREO]", "[OTHER]"), "has no sections"),
         (("_CAM_HD", "_CAM_9K"), "cameras 9K, whose picture size"),
         (("[LEFT_CAM_HD]", "[AUFT_CAM_HD]"), "has no left camera"),
-        (("Baseline=", "Baseline=x"), "baseline is x119.9, expected a number"),
+        (("Baseline=", "Baseline=x"), "baseline is 'x119.9', expected a number"),
         (("RX_HD", "RX_2K"), "has no rx_hd"),
         (("k3=", "s1=0.1\nk3="), "thin-prism"),
         (("[MISC]", "MISC["), "is no ZED configuration"),
