@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from rig.cli.history import Wanted, next_step
+from rig.cli.history import Wanted
+from rig.cli.history_result import next_step
 from rig.database import Store, open_store
 from rig.records import HistoryRow, Provenance, State
 from tests.support.command import Command
