@@ -3,6 +3,7 @@
 import functools
 import shutil
 import tempfile
+from abc import ABC, abstractmethod
 from pathlib import Path
 
 from benchmarks.program import Ended, run_program
@@ -45,7 +46,7 @@ def litter_of(store: Store) -> list[str]:
     return [*left, *done.refused]
 
 
-class Trial:
+class Trial(ABC):
     """One verb."""
 
     verb = ""
@@ -63,13 +64,13 @@ class Trial:
         """Put what it begins with into an empty folder."""
         shutil.copytree(swept(), folder, dirs_exist_ok=True)
 
+    @abstractmethod
     def words(self, folder: Path) -> list[str]:
         """Return its command line."""
-        raise NotImplementedError
 
+    @abstractmethod
     def result(self, folder: Path) -> object:
         """Return what must be the same after every way to the end."""
-        raise NotImplementedError
 
     def reference(self, folder: Path) -> None:
         """Keep the result of an undisturbed run."""
