@@ -14,10 +14,10 @@ from rig.frames import ColourImage, Frame, GreyImage, MultiView
 from rig_genicam.clock_relation import ClockRelation
 from rig_genicam.config import GenicamCameraConfig
 from rig_genicam.door import Buffer, GenicamDevice, GenicamLibrary, Packets
-from rig_genicam.feature import execute
 from rig_genicam.frame_numbers import FrameNumbers
 from rig_genicam.pixels import PixelError, layout_of, to_picture
 from rig_genicam.settings import Applied, apply
+from rig_genicam.software_trigger import SoftwareTrigger
 
 _LOOK_S: Final = 0.25
 """So often a silent camera is looked at: whether it is still there."""
@@ -82,8 +82,8 @@ class GenicamCamera:
             self._config.rate_hz,
             advice="set camera.rate_hz to that, or lower camera.exposure_s or the size",
         )
-        self._fired_s: list[float] = []
-        self._next_fire_s = -math.inf
+        is_software = self._config.trigger is not None and self._config.trigger.is_software
+        self._trigger = SoftwareTrigger(self._period_s) if is_software else None
         self._counts: Counter[str] = Counter()
 
     def __enter__(self) -> Self:
@@ -194,26 +194,14 @@ class GenicamCamera:
                 raise CaptureTimeoutError(
                     self._name, missing=(self._view,), timeout_s=timeout_s, unusable=unusable
                 )
-            wait_s = min(deadline_s - now_s, _LOOK_S, self._fire_when_due(device, now_s))
+            wait_s = min(deadline_s - now_s, _LOOK_S)
+            if self._trigger is not None:
+                self._trigger.fire_when_due(device, now_s)
+                wait_s = min(wait_s, max(0.0, self._trigger.next_s - self._clock.now_s()))
             buffer = device.next(wait_s)
             frame = None if buffer is None else self._frame(buffer)
             if frame is not None:
                 return frame
-
-    def _fire_when_due(self, device: GenicamDevice, now_s: float) -> float:
-        """Fire the software trigger at whole multiples of the period; return the time to the next.
-
-        Cameras on one clock fire together without knowing of each other.
-        """
-        trigger = self._config.trigger
-        if trigger is None or not trigger.is_software:
-            return math.inf
-        if now_s >= self._next_fire_s:
-            if self._next_fire_s > -math.inf:
-                self._fired_s.append(now_s)
-                execute(device, "TriggerSoftware", key="camera.trigger.source")
-            self._next_fire_s = self._period_s * (math.floor(now_s / self._period_s) + 1)
-        return max(0.0, self._next_fire_s - self._clock.now_s())
 
     def _frame(self, buffer: Buffer) -> Frame | None:
         """Return a buffer as a frame; None, and counted, where it is none that can be used."""
@@ -273,12 +261,9 @@ class GenicamCamera:
     def _uncertainty_s(self, came_s: float, exposure_s: float | None) -> float:
         """Return how much earlier than told the exposure may have been; an unknown one too."""
         known_s = self._period_s if exposure_s is not None else 2.0 * self._period_s
-        if not self._fired_s:
-            return known_s
         latest_s = came_s - (exposure_s or 0.0)
-        answered_s = self._fired_s[0]  # the oldest that may be: conservative where one was lost
-        self._fired_s = [fired_s for fired_s in self._fired_s if fired_s > latest_s]
-        return min(known_s, max(0.0, latest_s - answered_s))
+        fired_s = None if self._trigger is None else self._trigger.answered_s(latest_s)
+        return known_s if fired_s is None else min(known_s, max(0.0, latest_s - fired_s))
 
     @property
     def _period_s(self) -> float:
