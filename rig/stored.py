@@ -20,7 +20,7 @@ from rig.optics.nominal import nominal_optics
 from rig.optics.optics import Optics
 from rig.profile import LensletCameraConfig, Profile
 from rig.profile.load import parse_profile
-from rig.records import StoredCalibration, StoredCurve, Sweep
+from rig.records import Json, StoredCalibration, StoredCurve, Sweep
 from rig.run import Run, RunCurve
 
 if TYPE_CHECKING:
@@ -63,6 +63,8 @@ class CalibratedRig:
     profile: Profile
     """As it was then."""
     geometry: RigGeometry
+    quality: Json
+    """How good it is, as it was stored."""
 
 
 def open_run(
@@ -184,6 +186,16 @@ def stored_rig(store: "Store", calibration_id: int) -> CalibratedRig:
         StoreError: there is no such calibration.
     """
     stored = store.calibration(calibration_id)
+    geometry = stored_geometry(stored)
+    return CalibratedRig(stored_profile(stored), geometry, stored.quality)
+
+
+def stored_geometry(stored: StoredCalibration) -> RigGeometry:
+    """Return the cameras of a stored calibration.
+
+    Raises:
+        ConfigError: it was written by another version, or is one of lenslets.
+    """
     if LENSLETS in stored.geometry:
         raise ConfigError(
             f"asked for the cameras of calibration {stored.id}, it is one of lenslets: their views "
@@ -191,7 +203,7 @@ def stored_rig(store: "Store", calibration_id: int) -> CalibratedRig:
             advice=f"rig export SWEEP --format csv gives what a sweep of {stored.rig} measured, "
             "rig export FOLDER the depth of a capture",
         )
-    return CalibratedRig(stored_profile(stored), geometry_from_json(stored.geometry))
+    return geometry_from_json(stored.geometry)
 
 
 def newer_curve(store: "Store", run: Run, curve: CurveChoice) -> int | None:
@@ -213,7 +225,7 @@ def newer_curve(store: "Store", run: Run, curve: CurveChoice) -> int | None:
 
 def new_folder(store: "Store", kind: str, rig: str) -> Path:
     """Name a folder beside the database for a run that nobody named, by rig and UTC time."""
-    return store.frames.parent / kind / f"{rig}_{datetime.now(UTC).strftime('%Y%m%d-%H%M%S')}"
+    return store.frames.parent / kind / f"{rig}_{datetime.now(UTC):%Y%m%d-%H%M%S-%f}"
 
 
 def optics_of(profile: Profile, calibration: StoredCalibration | None) -> Optics:

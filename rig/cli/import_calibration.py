@@ -54,12 +54,12 @@ def import_calibration(
     `rig export` wrote it stays so: it is kept, not taken by itself, and the exit code is 3.
     """
     from rig.database import open_store, software_versions, this_program
-    from rig.export.geometry_format import stored_geometry
     from rig.export.geometry_import import into_one_view, match_views, read_foreign
     from rig.export.lengths import in_unit, require_plausible
     from rig.export.verdict import quality_of_import
     from rig.geometry.rig_geometry_json import geometry_to_json
     from rig.profile.load import load_profile
+    from rig.stored import stored_geometry
 
     view_of = pairs("--view", views)
     profile = load_profile(profile_name, overrides or ())

@@ -14,11 +14,11 @@ from rig.export.geometry_format import (
     GeometryExport,
     GeometryFormat,
     export_geometry,
-    stored_geometry,
 )
 from rig.export.verdict import weakness
 from rig.geometry.rig_geometry import RigGeometry
 from rig.hardware.opening import oak_eeprom
+from rig.stored import stored_rig
 
 if TYPE_CHECKING:
     from rig.database import Store
@@ -68,8 +68,8 @@ class DepthaiExport(GeometryExport):
             FormatError: a view has no socket, or the format cannot hold a lens.
             StoreError: no such calibration, or a file cannot be written.
         """
-        stored = store.calibration(number)
-        geometry, weak = stored_geometry(stored), weakness(stored.quality)
+        stored = stored_rig(store, number)
+        geometry, weak = stored.geometry, weakness(stored.quality)
         folder = self.folder(number, out)
         if self.backup is None:
             return self._write(geometry, folder, self.device_json, weak)

@@ -13,11 +13,10 @@ from rig.export.lens_change import Narrow, Refit, exact_lens, refit
 from rig.export.verdict import weakness, write_weakness
 from rig.geometry.camera_model import CameraModel
 from rig.geometry.rig_geometry import RigGeometry
-from rig.geometry.rig_geometry_json import geometry_from_json
+from rig.stored import stored_rig
 
 if TYPE_CHECKING:
     from rig.database import Store
-    from rig.records import StoredCalibration
 
 AGREEMENT_PX = 1e-6
 """A file that is read back puts points no further than this from where the calibration does."""
@@ -58,30 +57,14 @@ class GeometryExport:
 
     def export(self, store: "Store", number: int, out: Path | None) -> ExportedGeometry:
         """See `Exporter.export`."""
-        stored = store.calibration(number)
+        stored = stored_rig(store, number)
         return export_geometry(
-            stored_geometry(stored),
+            stored.geometry,
             self.format,
             self.folder(number, out),
             may_refit=self.refit,
             weak=weakness(stored.quality),
         )
-
-
-def stored_geometry(stored: "StoredCalibration") -> RigGeometry:
-    """Return what a stored calibration found.
-
-    Raises:
-        ConfigError: it was written by another version.
-        FormatError: it is one of lenslets, which none of these formats holds.
-    """
-    if "version" not in stored.geometry:
-        raise FormatError(
-            f"calibration {stored.id} is one of lenslets behind one lens, which no format of other "
-            "tools holds",
-            advice="export a capture of it instead: its views are pinholes at known places",
-        )
-    return geometry_from_json(stored.geometry)
 
 
 def geometry_format(name: str) -> GeometryFormat:

@@ -11,7 +11,7 @@ import pytest
 from rig.database import open_store
 from rig.errors import ConfigError, FormatError
 from rig.export.formats import format_named, formats_of, written_formats
-from rig.export.geometry_format import export_geometry, geometry_format, stored_geometry
+from rig.export.geometry_format import export_geometry, geometry_format
 from rig.export.geometry_import import read_foreign
 from rig.export.length_choice import CHOICES
 from rig.export.lengths import in_unit, require_plausible
@@ -20,6 +20,7 @@ from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 from rig.profile.load import load_profile
 from rig.records import StoredCalibration
+from rig.stored import stored_geometry
 from tests.support.command import Command
 from tests.unit.export.test_geometry_import import geometry_of
 from tests.unit.export.test_recognise import geometry
@@ -218,5 +219,5 @@ def test_a_calibration_of_lenslets_is_told_as_one_that_no_format_holds() -> None
         7, "sim-lenslet", datetime(2026, 1, 1, tzinfo=UTC), {"lenslets": {}}, {}, {}, {}, {}, None,
         (10, 10), active=True,
     )  # fmt: skip
-    with pytest.raises(FormatError, match="calibration 7 is one of lenslets"):
+    with pytest.raises(ConfigError, match="cameras of calibration 7, it is one of lenslets"):
         stored_geometry(stored)
