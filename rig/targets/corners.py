@@ -35,6 +35,8 @@ _LEAST_CONTRAST = 0.35
 """Of the median: a corner of a part with less is glare, or of something else."""
 _MOST_SIGMAS = 6.0
 """Sigma of a corner of a part, in medians: fitted to something else."""
+_LARGEST_SIGMA_PX = 0.3
+"""And of any corner that is so many medians off: no edges cross there, in shadow or not."""
 _MAX_BEND = 0.3
 """Change of step along a row or column, in steps, above which a corner is not of the board; where a
 lens bends the line, change of that change."""
@@ -268,10 +270,12 @@ def _on_board(fit: CrossingFit, wanted: NDArray[np.bool_]) -> NDArray[np.bool_] 
     row, column = np.nonzero(wanted)
     signed = fit.contrast * np.where((row + column) % 2, -1, 1)
     usual = float(np.median(signed[fitted]))
+    unlike = fit.sigma_px >= _MOST_SIGMAS * np.median(fit.sigma_px[fitted])
     good = fitted & (signed * np.sign(usual) > 0)
+    good &= ~(unlike & (fit.sigma_px > _LARGEST_SIGMA_PX))
     if not wanted.all():
         good &= signed * np.sign(usual) > _LEAST_CONTRAST * abs(usual)
-        good &= fit.sigma_px < _MOST_SIGMAS * np.median(fit.sigma_px[fitted])
+        good &= ~unlike
     kept = wanted.copy()
     kept[wanted] = good
     xy_px = np.full((*wanted.shape, 2), np.nan)

@@ -11,8 +11,12 @@ from rig.targets.checkerboard import Checkerboard
 from rig.targets.lattice import Lattice
 from rig.targets.outline import Sides
 
-_NEAREST = 12
-"""Corners about a missing one that tell where it is."""
+_NEAREST = 24
+"""Corners about a missing one that tell where it is..."""
+_EXPONENTS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3))
+"""...by a homography, and by these powers of row and column for what a lens bends beyond it..."""
+_FEWEST_EACH = 1.5
+"""...of which there are none without so many corners for each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,16 +115,35 @@ def black_first(lattice: Lattice) -> bool:
 
 
 def completed(xy_px: Float) -> Float:
-    """Missing corners where a homography through the nearest others puts them.
+    """Missing corners where the nearest others put them.
 
-    Through all of them a wide lens would put it far off.
+    Through all of them a wide lens would put it far off; so would a homography alone at the rim of
+    a fisheye, where lines bend from one square to the next.
     """
     found = np.isfinite(xy_px[..., 0])
     places = grid_places(*found.shape)
     whole = xy_px.copy()
     for place in np.argwhere(~found):
-        apart = np.linalg.norm(places[found] - places[tuple(place)], axis=1)
+        there = places[tuple(place)]
+        apart = np.linalg.norm(places[found] - there, axis=1)
         near = np.argsort(apart, kind="stable")[:_NEAREST]
-        homography = fit_homography(places[found][near], xy_px[found][near])
-        whole[tuple(place)] = map_points(homography, places[tuple(place)][None])[0]
+        known, known_px = places[found][near], xy_px[found][near]
+        homography = fit_homography(known, known_px)
+        bent_px = known_px - map_points(homography, known)
+        straight_px = map_points(homography, there[None])[0]
+        whole[tuple(place)] = straight_px + _at_origin(known - there, bent_px)
     return whole
+
+
+def _at_origin(places: Float, values: Float) -> Float:
+    """What a smooth polynomial through (N, 2) values at (N, 2) places has at place (0, 0)."""
+    order = next(n for n in (3, 2, 0) if _terms(n) * _FEWEST_EACH <= len(places) or n == 0)
+    if order == 0:
+        return np.zeros(values.shape[1])
+    powers = _EXPONENTS[: _terms(order)]
+    rows = np.stack([places[:, 0] ** i * places[:, 1] ** j for i, j in powers], axis=1)
+    return np.asarray(np.linalg.lstsq(rows, values, rcond=1e-9)[0][0], np.float64)
+
+
+def _terms(order: int) -> int:
+    return (order + 1) * (order + 2) // 2

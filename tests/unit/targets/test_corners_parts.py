@@ -69,6 +69,18 @@ def test_missing_corners_are_where_the_others_put_them() -> None:
     assert (placing.completed(whole) == whole).all()
 
 
+def test_missing_corners_at_the_rim_of_a_fisheye_are_near_enough_to_be_fitted() -> None:
+    """An equidistant fisheye, and a board from its middle to 58 degrees off its axis."""
+    x, y = np.meshgrid(np.linspace(-0.95, 0.25, 9), np.linspace(-0.5, 0.5, 6))
+    beside = np.hypot(x, y)
+    away_px = 230.0 * np.arctan(1.5 * beside) / np.maximum(beside, 1e-12)
+    whole = np.stack([320.0 + away_px * x, 240.0 + away_px * y], axis=-1)
+    for corner in ((0, 0), (-1, 0)):
+        seen = whole.copy()
+        seen[corner] = np.nan
+        assert np.linalg.norm(placing.completed(seen)[corner] - whole[corner]) < 1.5
+
+
 @pytest.mark.parametrize(
     ("blur_px", "level", "levels", "suits"),
     [
