@@ -127,7 +127,10 @@ class _Taken:
 
 
 def quality_of_scene(
-    found: FoundGeometry, start: SceneStart, verdict: Verdict
+    found: FoundGeometry,
+    start: SceneStart,
+    verdict: Verdict,
+    errors: Sequence[DepthError],
 ) -> dict[str, object]:
     """Return the numbers that judge a calibration from scenes, as plain data."""
     fit, geometry = found.fit, found.fit.geometry
@@ -148,8 +151,7 @@ def quality_of_scene(
         },
         "lens": geometry.cameras[geometry.reference].lens,
         "depth_error": [
-            {"distance_mm": error.distance_mm, "picture_pct": error.picture_pct}
-            for error in depth_errors(geometry)
+            {"distance_mm": error.distance_mm, "picture_pct": error.picture_pct} for error in errors
         ],
         "verdict": str(verdict),
         "good": verdict.good,
@@ -166,7 +168,8 @@ def _stored(
 ) -> SceneResult:
     profile, geometry = request.profile, found.fit.geometry
     verdict = judge_scene(found, start.source)
-    quality = quality_of_scene(found, start, verdict)
+    errors = depth_errors(geometry)
+    quality = quality_of_scene(found, start, verdict, errors)
     content = geometry_to_json(geometry)
     reference = geometry.cameras[geometry.reference]
     number = store.save_calibration(
@@ -192,7 +195,7 @@ def _stored(
         start.source,
         taken.scenes,
         quality,
-        depth_errors(geometry),
+        errors,
         store.database,
         file,
     )
