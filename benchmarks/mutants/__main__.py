@@ -2,12 +2,15 @@
 
 import argparse
 import json
+import math
 import os
 import random
 import subprocess
 import sys
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from queue import SimpleQueue
 
@@ -17,10 +20,11 @@ from benchmarks.mutants.covering import PACKAGES, Covering
 from benchmarks.mutants.equivalent import reason
 from benchmarks.mutants.operators import Mutation, mutations
 from benchmarks.mutants.recorder import FOLDER, LINES
-from benchmarks.mutants.trial import Copy, Outcome
+from benchmarks.mutants.trial import Copy, Outcome, Verdict
 
 TREE = Path(__file__).resolve().parents[2]
 RECORD = TREE / "benchmarks" / "out" / "mutants"
+OUTCOMES = RECORD / "outcomes.jsonl"
 
 
 def record(workers: int, *, with_slow: bool) -> None:
@@ -58,8 +62,13 @@ def drawn(count: int, seed: int, within: str) -> list[Mutation]:
     return random.Random(seed).sample(chosen, min(count, len(chosen)))  # noqa: S311
 
 
-def tried(faults: list[Mutation], covering: Covering, workers: int) -> list[Outcome]:
-    """Try each fault in one of `workers` copies of the tree; says each outcome on stderr."""
+def tried(
+    faults: list[Mutation], covering: Covering, workers: int, until_s: float = math.inf
+) -> Iterator[Outcome]:
+    """Try each fault in one of `workers` copies of the tree; yields each as it ends.
+
+    None is begun after `until_s` of the monotonic clock.
+    """
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(workers) as pool:
         copies = [Copy(TREE, Path(folder) / str(index)) for index in range(workers)]
         idle: SimpleQueue[Copy] = SimpleQueue()
@@ -67,23 +76,45 @@ def tried(faults: list[Mutation], covering: Covering, workers: int) -> list[Outc
             copy.require_sound(covering.quickest())
             idle.put(copy)
 
-        def attempt(mutation: Mutation) -> Outcome:
+        def attempt(mutation: Mutation) -> Outcome | None:
+            if time.monotonic() > until_s:
+                return None
             copy = idle.get()
             try:
                 tests = covering.tests(mutation.path, mutation.line)
-                outcome = copy.try_fault(mutation, tests, covering.duration_s(tests))
+                return copy.try_fault(mutation, tests, covering.duration_s(tests))
             finally:
                 idle.put(copy)
-            verdict = "killed" if outcome.is_killed else "SURVIVED"
-            sys.stderr.write(
-                f"{verdict} {outcome.took_s:.0f} s, {outcome.tests} tests: {mutation}\n"
-            )
-            return outcome
 
-        outcomes = list(pool.map(attempt, faults))
+        for attempted in as_completed([pool.submit(attempt, fault) for fault in faults]):
+            outcome = attempted.result()
+            if outcome is not None:
+                yield outcome
         for copy in copies:
             copy.close()
-        return outcomes
+
+
+def known() -> dict[str, Verdict]:
+    """Return what earlier calls wrote of each fault."""
+    if not OUTCOMES.exists():
+        return {}
+    lines = map(json.loads, OUTCOMES.read_text().splitlines())
+    return {line["fault"]: Verdict(line["verdict"]) for line in lines}
+
+
+def told(faults: list[Mutation], verdicts: dict[str, Verdict]) -> Iterator[str]:
+    """Yield the share that was noticed, and what was not."""
+    judged = [(fault, verdicts[fault.key]) for fault in faults if fault.key in verdicts]
+    survivors = [fault for fault, verdict in judged if verdict is Verdict.SURVIVED]
+    counted = len(judged) - sum(reason(fault) is not None for fault in survivors)
+    noticed = len(judged) - len(survivors)
+    hanging = sum(verdict is Verdict.HANGS for _, verdict in judged)
+    yield (
+        f"{noticed} of {counted} faults noticed ({100 * noticed / max(counted, 1):.1f} %), "
+        f"{hanging} of them by the clock alone; {len(faults) - len(judged)} not yet tried"
+    )
+    for fault in survivors:
+        yield f"- {fault} {reason(fault) or ''}"
 
 
 def main() -> None:
@@ -93,27 +124,35 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--within", default="", help="only files whose path begins with this")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--minutes", type=float, default=math.inf, help="begin none after these")
     parser.add_argument(
         "--recorded", action="store_true", help="which test runs which line is known"
+    )
+    parser.add_argument(
+        "--resume", action="store_true", help="go on behind the last call, with its record"
     )
     parser.add_argument(
         "--all", action="store_true", help="record the slow tests too (renders with mitsuba)"
     )
     options = parser.parse_args()
-    if not options.recorded:
+    until_s = time.monotonic() + 60 * options.minutes
+    if not (options.recorded or options.resume):
         record(options.workers, with_slow=options.all)
+    if not options.resume:
+        OUTCOMES.unlink(missing_ok=True)
     faults = drawn(options.count, options.seed, options.within)
-    outcomes = tried(faults, Covering(TREE, RECORD), options.workers)
-    survivors = [outcome for outcome in outcomes if not outcome.is_killed]
-    equal = [one for one in survivors if reason(one.mutation) is not None]
-    counted = len(outcomes) - len(equal)
-    killed = len(outcomes) - len(survivors)
-    print(f"{killed} of {counted} faults noticed ({100 * killed / max(counted, 1):.1f} %)")
-    for outcome in survivors:
-        print(f"- {outcome.mutation} [{outcome.tests} tests] {reason(outcome.mutation) or ''}")
-    (RECORD / "outcomes.json").write_text(
-        json.dumps([{"fault": str(one.mutation), "killed": one.is_killed} for one in outcomes])
-    )
+    verdicts = known()
+    waiting = [fault for fault in faults if fault.key not in verdicts]
+    with OUTCOMES.open("a") as file:
+        for one in tried(waiting, Covering(TREE, RECORD), options.workers, until_s):
+            verdicts[one.mutation.key] = one.verdict
+            line = {"fault": one.mutation.key, "verdict": one.verdict}
+            file.write(json.dumps(line) + "\n")
+            file.flush()
+            sys.stderr.write(
+                f"{one.verdict} {one.took_s:.0f} s, {one.tests} tests: {one.mutation}\n"
+            )
+    print("\n".join(told(faults, verdicts)))
 
 
 if __name__ == "__main__":

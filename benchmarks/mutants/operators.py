@@ -60,6 +60,11 @@ class Mutation:
         """Return the file with the fault in it."""
         return source[: self.begin] + self.after.encode() + source[self.end :]
 
+    @property
+    def key(self) -> str:
+        """What tells it from every other fault, also from the same one on the same line."""
+        return f"{self.path}:{self.begin}-{self.end} {_on_one_line(self.after)}"
+
     def __str__(self) -> str:
         """Return the fault on one line."""
         return f"{self.path}:{self.line}: {_on_one_line(self.before)} -> {_on_one_line(self.after)}"

@@ -6,6 +6,7 @@ import shutil
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 
 from benchmarks.mutants.covering import PACKAGES
@@ -22,12 +23,21 @@ _NOT_COLLECTED = 2
 """pytest's exit code where a file of tests cannot be imported; those above are its own trouble."""
 
 
+class Verdict(StrEnum):
+    """What the tests said of a fault."""
+
+    NOTICED = "noticed"
+    HANGS = "hangs"
+    """No test failed, but they did not end in time."""
+    SURVIVED = "survived"
+
+
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a fault: noticed or not, by how many tests at most, and how long it took."""
+    """What became of a fault, before how many tests at most, and how long it took."""
 
     mutation: Mutation
-    is_killed: bool
+    verdict: Verdict
     tests: int
     took_s: float
 
@@ -65,7 +75,8 @@ class Copy:
         try:
             limit_s = _LIMIT_S + _SLOWER * duration_s
             rounds = (tests[:_FIRST], tests[_FIRST:])
-            is_killed = any(self._fails(names, limit_s) for names in rounds if names)
+            verdicts = (self._judged(names, limit_s) for names in rounds if names)
+            verdict = next((v for v in verdicts if v is not Verdict.SURVIVED), Verdict.SURVIVED)
         finally:
             file.write_bytes(source)
             self._forget_machine_code(mutation.path)
@@ -73,7 +84,7 @@ class Copy:
                 code.write_bytes(content)
             # Machine code counts as current only beside a source of this very time.
             os.utime(file, ns=(written.st_atime_ns, written.st_mtime_ns))
-        return Outcome(mutation, is_killed, len(tests), time.monotonic() - begin_s)
+        return Outcome(mutation, verdict, len(tests), time.monotonic() - begin_s)
 
     def require_sound(self, tests: list[str]) -> None:
         """See that tests pass without a fault: else every fault would seem to be noticed.
@@ -85,11 +96,13 @@ class Copy:
         if code != _NOTHING_FAILED:
             raise RuntimeError(f"without any fault, pytest ends with {code} on {', '.join(tests)}")
 
-    def _fails(self, tests: list[str], limit_s: float) -> bool:
+    def _judged(self, tests: list[str], limit_s: float) -> Verdict:
         code = self._run(tests, limit_s)
-        if code is not None and code > _NOT_COLLECTED:
+        if code is None:
+            return Verdict.HANGS
+        if code > _NOT_COLLECTED:
             raise RuntimeError(f"pytest itself ends with {code} on {', '.join(tests[:9])} ...")
-        return code != _NOTHING_FAILED
+        return Verdict.SURVIVED if code == _NOTHING_FAILED else Verdict.NOTICED
 
     def _run(self, tests: list[str], limit_s: float) -> int | None:
         names = self._folder / ".mutant-tests"

@@ -6,10 +6,12 @@ from pathlib import Path
 import coverage
 import pytest
 
+from benchmarks.mutants.__main__ import told
 from benchmarks.mutants.covering import Covering
 from benchmarks.mutants.equivalent import equivalents
 from benchmarks.mutants.operators import mutations
 from benchmarks.mutants.recorder import plain
+from benchmarks.mutants.trial import Verdict
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -147,3 +149,20 @@ def test_the_quickest_test_is_tried_first(covering: Covering):
                                               "tests/test_table.py::test_table"]  # fmt: skip
     assert covering.quickest(1) == ["tests/test_it.py::test_used"]
     assert covering.duration_s(RAN) == 6.0
+
+
+def test_the_same_fault_twice_on_a_line_is_two_faults():
+    both = [one for one in mutations("it.py", b"x = [1, 1]") if one.after == "(2)"]
+    assert len(both) == 2
+    assert len({one.key for one in both}) == 2
+    assert len({str(one) for one in both}) == 1
+
+
+def test_what_was_tried_is_counted_and_the_rest_is_told():
+    faults = list(mutations("it.py", b"x = a < b\ny = a and b\nz = not a\nw = -a\n"))
+    said = (Verdict.NOTICED, Verdict.HANGS, Verdict.SURVIVED)
+    verdicts = {fault.key: verdict for fault, verdict in zip(faults, said, strict=False)}
+    head, survivor = told(faults, verdicts)
+    assert "2 of 3 faults noticed (66.7 %), 1 of them by the clock alone" in head
+    assert "1 not yet tried" in head
+    assert str(faults[2]) in survivor
