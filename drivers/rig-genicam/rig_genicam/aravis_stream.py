@@ -7,10 +7,8 @@ from typing import Final
 import numpy as np
 
 from rig_genicam.aravis import Aravis, CallError
-from rig_genicam.door import CHUNKS, Buffer, Packets
+from rig_genicam.door import BUFFERS, CHUNKS, Buffer, Packets
 
-_BUFFERS: Final = 8
-"""One being filled, the others in reserve against a late reader."""
 _COMPLETE: Final = 0
 _TROUBLES: Final = {
     1: "never filled",
@@ -43,7 +41,7 @@ class AravisStream:
         self._handle: int = aravis.checked("device_create_stream", device, None, None)
         self._parser: int = aravis("device_create_chunk_parser", device)
         self._tick_ns = _tick_ns(aravis, device)
-        for _ in range(_BUFFERS):
+        for _ in range(BUFFERS):
             aravis("stream_push_buffer", self._handle, aravis("buffer_new_allocate", size_bytes))
 
     def next(self, timeout_s: float) -> Buffer | None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from typing import Final, Self
 
+from rig_drivers.late import LatenessRule
 from rig_drivers.rate import RateWatch
 
 from rig.devices import Clock, not_open
@@ -13,7 +14,7 @@ from rig.errors import CaptureTimeoutError
 from rig.frames import ColourImage, Frame, GreyImage, MultiView
 from rig_genicam.clock_relation import ClockRelation
 from rig_genicam.config import GenicamCameraConfig
-from rig_genicam.door import Buffer, GenicamDevice, GenicamLibrary, Packets
+from rig_genicam.door import BUFFERS, Buffer, GenicamDevice, GenicamLibrary, Packets
 from rig_genicam.frame_numbers import FrameNumbers
 from rig_genicam.pixels import PixelError, layout_of, to_picture
 from rig_genicam.settings import Applied, apply
@@ -23,8 +24,6 @@ _LOOK_S: Final = 0.25
 """So often a silent camera is looked at: whether it is still there."""
 _SETTLES_S: Final = 0.2
 """After the start, frames only tell how the camera's clock stands: the quickest of several does."""
-_MOST_LATE: Final = 8
-"""As many frames wait at most; then all the old ones are through."""
 _TOLD: Final = (
     *("PixelFormat", "Width", "Height"),
     *("ExposureAuto", "ExposureTime", "ExposureTimeAbs", "GainAuto", "Gain", "GainRaw"),
@@ -163,18 +162,15 @@ class GenicamCamera:
     def stream(self) -> Iterator[MultiView]:
         """See `Camera.stream`; frames from before the call are passed over."""
         called_s = self._clock.now_s()
-        passed_over = 0
+        lateness = LatenessRule(self._period_s, waiting=BUFFERS)
         while True:
             asked_s, timeout_s = self._clock.now_s(), self._config.timeout_s
             frame = self._next(asked_s + timeout_s, timeout_s)
             if frame.timestamp_s < called_s:
                 continue
-            is_late = self._clock.now_s() - frame.timestamp_s > 2.0 * self._period_s
-            if is_late and passed_over < _MOST_LATE:
+            if lateness.passes_over(self._clock.now_s() - frame.timestamp_s):
                 self._counts["late"] += 1
-                passed_over += 1
                 continue
-            passed_over = 0
             yield MultiView((frame,))
 
     def _next(self, deadline_s: float, timeout_s: float) -> Frame:

@@ -52,6 +52,8 @@ class Buffer:
     """What the camera sent along, by the names of `CHUNKS`."""
 
 
+BUFFERS = 8
+"""Of each camera: one being filled, the others in reserve against a late reader."""
 CHUNKS = ("Timestamp", "FrameID", "ExposureTime")
 """What is asked for, by the names of the naming convention: ns, a count, and us."""
 

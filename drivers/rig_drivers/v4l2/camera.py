@@ -9,6 +9,7 @@ from typing import Self
 from rig.devices import Clock, not_open
 from rig.frames import ColourImage, Frame, GreyImage, MultiView
 from rig.profile import V4l2CameraConfig
+from rig_drivers.late import LatenessRule
 from rig_drivers.rate import RateWatch
 from rig_drivers.v4l2 import abi
 from rig_drivers.v4l2.colour import to_colour
@@ -125,16 +126,14 @@ class V4l2Camera:
     def stream(self) -> Iterator[MultiView]:
         """See `Camera.stream`; frames from before the call are passed over."""
         called_s = good_s = self._clock.now_s()
-        passed_over = 0
+        lateness = LatenessRule(self._interval_s, waiting=BUFFERS)
         while True:
             frame = self._next(good_s + self._config.timeout_s - self._clock.now_s())
             if frame is None or frame.timestamp_s < called_s:
                 continue
-            if self._is_late(frame) and passed_over < BUFFERS:  # then all the old ones are through
+            if lateness.passes_over(self._clock.now_s() - frame.timestamp_s):
                 self._unread["late"] += 1
-                passed_over += 1
                 continue
-            passed_over = 0
             yield MultiView((frame,))
             good_s = self._clock.now_s()
 
@@ -203,9 +202,6 @@ class V4l2Camera:
         if self._exposure_s is None:  # any exposure, then the transfer: one interval each at most
             return raw.timestamp_s, 2.0 * self._interval_s
         return raw.timestamp_s - half_s, self._interval_s
-
-    def _is_late(self, frame: Frame) -> bool:
-        return self._clock.now_s() - frame.timestamp_s > 2.0 * self._interval_s
 
     @property
     def _interval_s(self) -> float:
