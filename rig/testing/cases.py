@@ -16,6 +16,9 @@ class CameraCase:
     """How many multi-views there are; None: no end."""
     patience_s: float = 10.0
     """Longest wait for a multi-view, on a machine that is busy."""
+    may_drop: bool = False
+    """Its frames come in real time, from a program or device that waits for nobody: on a machine
+    that is busy some are dropped, and counted."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -81,10 +81,11 @@ def test_a_stream_yields_multiviews_one_after_the_other(camera_case: CameraCase)
         assert times_s == sorted(set(times_s))
         for before, after in itertools.pairwise(taken):
             for earlier, later in zip(before.frames, after.frames, strict=True):
-                assert later.sequence == earlier.sequence + 1
+                assert later.sequence > earlier.sequence
+                assert camera_case.may_drop or later.sequence == earlier.sequence + 1
         if camera_case.stored is not None:
             assert next(camera.stream(), None) is None
-        assert sum(camera.dropped.values()) == 0
+        assert camera_case.may_drop or sum(camera.dropped.values()) == 0
 
 
 def test_it_says_who_it_is(camera_case: CameraCase) -> None:

@@ -38,7 +38,8 @@ def case_of(devices: tuple[str, str], **more: Any) -> CameraCase:
     )
     views = tuple(ViewConfig(name=view, x_steps=i, y_steps=0.0) for i, view in enumerate(VIEWS))
     clock = SystemClock()
-    return CameraCase(GENICAM.open(config, Surroundings("bench", views, clock)), clock)
+    camera = GENICAM.open(config, Surroundings("bench", views, clock))
+    return CameraCase(camera, clock, may_drop=True)
 
 
 @contextmanager
@@ -65,7 +66,7 @@ def aravis_own_camera() -> Iterator[str]:
     """Address of the fake camera of the Aravis project, which nobody here wrote."""
     aravis_library()
     if shutil.which(FAKE) is None:
-        pytest.skip(f"{FAKE} is not installed: apt install aravis-tools-cli")
+        pytest.skip(f"{FAKE} is not installed: apt install aravis-tools")
     with subprocess.Popen([FAKE, "-i", "127.0.0.1", "-s", "RIGOWN"]) as running:
         try:
             deadline_s = time.monotonic() + 20.0
