@@ -91,9 +91,15 @@ class Covering:
         return sorted(self._tests(path, line, set()), key=rank)
 
     def _tests(self, path: str, line: int, asked: set[tuple[str, str]]) -> set[str]:
-        piece = next((one for one in self._pieces[path] if one.first <= line <= one.last), None)
-        if piece is None:
+        pieces = [one for one in self._pieces[path] if one.first <= line <= one.last]
+        if not pieces:
             return self._seen(path, line)
+        # Several: names that one statement makes together.
+        return {test for piece in pieces for test in self._of_piece(path, line, piece, asked)}
+
+    def _of_piece(
+        self, path: str, line: int, piece: Piece, asked: set[tuple[str, str]]
+    ) -> set[str]:
         if piece.is_seen and piece.body is not None:
             seen = self._seen(path, max(line, piece.body))
             is_called = line >= piece.body and self._seen(path, piece.body)
@@ -145,6 +151,12 @@ def _pieces(text: str) -> list[Piece]:
                 pieces += [_member(member, node.name) for member in node.body]
             case ast.Assign(targets=[ast.Name(id=name)]) | ast.AnnAssign(target=ast.Name(id=name)):
                 pieces.append(Piece(node.lineno, _last(node), name, body=None, is_seen=False))
+            case ast.Assign(targets=[ast.Tuple(elts=names)]):
+                pieces += [
+                    Piece(node.lineno, _last(node), name.id, body=None, is_seen=False)
+                    for name in names
+                    if isinstance(name, ast.Name)
+                ]
             case _:
                 pass
     return pieces

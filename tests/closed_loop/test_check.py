@@ -378,3 +378,9 @@ class Watched:
     def stop(self) -> None:
         self.stops += 1
         self._stage.stop()
+
+
+def test_what_comes_next_depends_on_whether_the_stage_has_moved(rig: Command):
+    assert "next: rig calibrate sim, or rig sweep sim" in rig("check", "sim", *as_options()).err
+    left_alone = rig("check", "sim", *as_options(), "--no-move")
+    assert "next: rig check sim with its stage" in left_alone.err

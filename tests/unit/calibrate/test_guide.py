@@ -95,7 +95,7 @@ class Shown:
 
     def __init__(self, scenes: Sequence[BoardScene | None]) -> None:
         self._images = [
-            np.full((400, 640), 90, np.uint8) if s is None else s.clean().astype(np.uint8)
+            np.full((200, 320), 90, np.uint8) if s is None else s.clean().astype(np.uint8)
             for s in scenes
         ]
         self._next = 0
@@ -106,9 +106,8 @@ class Shown:
         return MultiView((Frame("left", image, float(self._next), self._next),))
 
 
-@pytest.mark.slow
 def test_a_picture_is_kept_when_the_target_rests_where_it_has_not_been():
-    here = BoardScene(distance_mm=700.0)
+    here = BoardScene(width=320, height=200, focal_px=305.0, distance_mm=700.0)
     there = here.with_changes(offset_mm=(60.0, 0.0))
     scenes = [None, here, here, here, there, there, here, here]
     heard: list[bool] = []

@@ -237,3 +237,23 @@ def test_parts_may_differ_in_size(tmp_path: Path):
 def test_views_of_the_same_pictures_without_parts_are_refused(tmp_path: Path):
     with pytest.raises(ValueError, match=r"files names pair_\*\.png for 2 views"):
         parted(tmp_path, {})
+
+
+def test_two_files_of_two_views_each_need_not_be_of_one_size(tmp_path: Path):
+    save(tmp_path / "front.png", image(1, shape=(16, 32)))
+    save(tmp_path / "back.png", image(2, shape=(16, 64)))
+    views = tuple(ViewConfig(name=n, x_steps=i, y_steps=0.0) for i, n in enumerate("abcd"))
+    config = FolderCameraConfig.model_validate(
+        {
+            "kind": "folder",
+            "folder": str(tmp_path),
+            "files": {"a": "front.png", "b": "front.png", "c": "back.png", "d": "back.png"},
+            "parts": {
+                **{"a": {"width_px": 16}, "b": {"x_px": 16}},
+                **{"c": {"width_px": 40}, "d": {"x_px": 40}},
+            },
+        }
+    )
+    with FolderCamera(config, views, root=tmp_path, clock=SystemClock()) as opened:
+        shapes = [picture.shape for picture in opened.grab(1.0).images]
+    assert shapes == [(16, 16), (16, 16), (16, 40), (16, 24)]

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from rig.arrays import Float
 from rig.epipolar import RectifiedViews
+from rig.epipolar.board import fit
 from rig.epipolar.board.fit import fit_board_slope
 from rig.errors import SlopeError, TargetError
 from rig.targets.checkerboard import Checkerboard
@@ -186,3 +187,16 @@ def test_same_input_same_output_to_the_last_bit():
     first, second = (fit_board_slope(*board_views(images)) for _ in range(2))
     assert first.plane == second.plane
     assert first.sigma_px == second.sigma_px
+
+
+@pytest.mark.parametrize(("side_px", "out"), [(20.0, 0.75), (10.0, 0.5), (4.0, 0.0)])
+def test_the_outline_keeps_five_pixels_inside_the_outer_squares(side_px: float, out: float):
+    rows, columns = 4, 6
+    row, column = np.mgrid[:rows, :columns].astype(np.float64)
+    xy_px = np.stack([column, row], axis=-1) * side_px + 100.0
+    centre_px, outline_px = fit._outline(xy_px, side_px)
+    assert centre_px == pytest.approx([100.0 + 2.5 * side_px, 100.0 + 1.5 * side_px])
+    places = (outline_px - 100.0) / side_px
+    right, bottom = columns - 1 + out, rows - 1 + out
+    wanted = np.array([[-out, -out], [right, -out], [right, bottom], [-out, bottom]])
+    assert places == pytest.approx(wanted, abs=1e-6)

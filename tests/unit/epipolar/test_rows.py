@@ -8,6 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from rig.epipolar import RectifiedViews, SlopeMap, estimate_slopes
+from rig.epipolar.mending import fitting
 from rig.epipolar.mending.fitting import fit_together
 from rig.epipolar.mending.row_errors import RowErrors
 from rig.epipolar.search.window import window_of
@@ -250,3 +251,10 @@ def test_views_whose_rows_meet_have_no_scatter_and_no_warnings() -> None:
     assert not none.any
     assert none.scatter_px == 0.0
     assert none.warnings(PLACES[:, 0], PLACES[:, 1]) == ()
+
+
+@pytest.mark.parametrize(("shape", "channels"), [((4, 8, 9), 1), ((4, 8, 9, 3), 3)])
+def test_no_light_is_told_of_every_channel_and_view(shape: tuple[int, ...], channels: int):
+    light = fitting._no_light(np.zeros(shape, np.float32))
+    assert [len(views) for views in light] == [4] * channels
+    assert {field for views in light for field in views} == {None}

@@ -442,3 +442,10 @@ def test_any_rig_comes_through_every_file_of_these_tools(tmp_path: Path, told: R
         require_same(caliscope.read(tmp_path / "c.toml"), told, (0, 1, 2))
     foreign_files.colmap_binary(told, tmp_path, points=0)
     require_same(colmap.read(tmp_path), told, (0, 1, 2))
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_half_turn_is_the_axis_itself(axis: int):
+    half = -np.eye(3)
+    half[axis, axis] = 1.0
+    assert quaternion_of(half) == np.eye(4)[axis].tolist()

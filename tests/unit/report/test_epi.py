@@ -9,6 +9,7 @@ from rig.optics.nominal import nominal_optics
 from rig.plan import Stop
 from rig.profile import Profile
 from rig.records import Sample
+from rig.report import epi as epi_module
 from rig.report.epi import EdgeLine, Epi, board_epis
 from rig.report.evidence import Picture
 from tests.support.board_images import BoardScene, digitised
@@ -108,3 +109,18 @@ def test_one_view_makes_no_epi() -> None:
     row = profile.model_copy(update={"views": profile.views[:3]})
     scene = SCENE.with_changes(distance_mm=600.0)
     assert [epi.kind for epi in board_epis(range_of(row), picture_of(scene, row))] == ["H"]
+
+
+def test_the_board_reaches_a_third_of_a_square_beyond_its_outline() -> None:
+    profile = bench_profile()
+    picture = picture_of(SCENE.with_changes(distance_mm=600.0), profile)
+    height, width = picture.images.shape[1:]
+    inside, slope_px = epi_module._board(picture, (height, width))
+    u, v = (round(x) for x in picture.centre_px)
+    left_px, right_px = np.flatnonzero(inside[v])[[0, -1]]
+    ends_px = np.round(picture.outline_px[:, 0])
+    more_px = round(epi_module.OUTER_SHARE * picture.square_px)
+    assert (left_px, right_px) == (ends_px.min() - more_px, ends_px.max() + more_px)
+    a, b, c = picture.plane
+    expected = a + b * (u - picture.centre_px[0]) + c * (v - picture.centre_px[1])
+    assert slope_px[v, u] == pytest.approx(expected)

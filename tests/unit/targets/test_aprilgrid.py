@@ -10,8 +10,10 @@ from hypothesis.extra.numpy import arrays
 from rig.arrays import Float
 from rig.errors import ConfigError, TargetError
 from rig.targets import AprilGrid, Detection, find_target, full_corners
+from rig.targets.aprilgrid import corner_grid
 from rig.targets.aprilgrid.board import tag_bits
 from rig.targets.aprilgrid.tags import homographies
+from rig.targets.printing.april_areas import april_size_mm
 from tests.support.april_images import AprilScene
 from tests.support.board_images import digitised
 
@@ -182,3 +184,29 @@ def test_homographies_take_the_unit_square_to_quadrilaterals():
     unit = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], np.float32)
     wanted = cv2.getPerspectiveTransform(unit, quads[0].astype(np.float32))
     assert homographies(quads)[0] == pytest.approx(wanted, abs=1e-6)
+
+
+def test_where_corners_are_expected_is_exact_for_any_tilt():
+    tilted = np.array([[30.0, 2.0, 40.0], [-3.0, 28.0, 35.0], [0.02, -0.015, 1.0]])
+
+    def mapped(places: Float) -> Float:
+        xyw = np.concatenate([places, np.ones((len(places), 1))], axis=1) @ tilted.T
+        return xyw[:, :2] / xyw[:, 2:]
+
+    places = np.argwhere(np.ones((5, 6)))[:, ::-1].astype(np.float64)
+    wanted = np.array([[2.3, 1.7], [0.0, 0.0], [4.5, 3.5]])
+    start_px, along, side_px = corner_grid._expected(wanted, places, mapped(places))
+    assert start_px == pytest.approx(mapped(wanted), abs=1e-6)
+    step = 1e-6
+    slopes = np.stack(
+        [(mapped(wanted + step * axis) - mapped(wanted)) / step for axis in np.eye(2)], axis=1
+    )
+    length = np.linalg.norm(slopes, axis=2)
+    assert along == pytest.approx(slopes / length[..., None], abs=1e-4)
+    area = np.abs(np.linalg.det(slopes))
+    assert side_px == pytest.approx(area / length.max(axis=1), rel=1e-4)
+
+
+def test_the_size_of_a_printed_grid_has_the_outer_squares():
+    # Tags of 30 mm, gaps of 9: three tags and four gaps, two tags and three gaps.
+    assert april_size_mm(GRID) == pytest.approx((126.0, 87.0))

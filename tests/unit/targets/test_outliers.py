@@ -106,3 +106,20 @@ def test_the_worst_goes_first_and_so_on_up_to_a_dozen() -> None:
     for number, place in enumerate(bad):
         xy_px[place] += (0.0, 5.0 + number)
     assert judged(xy_px) == [list(place) for place in bad[3:]]
+
+
+def test_neighbours_along_one_line_predict_nothing() -> None:
+    grid = np.argwhere(np.ones((5, 5))).astype(np.float64)
+    places = np.stack([np.arange(25.0), np.zeros(25)], axis=-1)
+    miss, sigma = outliers._misses(places, 20.0 * places, np.full(25, 0.01), grid)
+    assert np.isnan(miss).all()
+    assert np.isnan(sigma).all()
+
+
+def test_neighbours_all_around_predict_a_tilted_board_exactly() -> None:
+    row, column = np.mgrid[:5, :6].reshape(2, -1).astype(np.float64)
+    places = np.stack([row, column], axis=-1)
+    miss, sigma = outliers._misses(places, corners(5, 6).reshape(-1, 2), np.full(30, 0.01))
+    assert np.nanmax(miss) < 1e-6
+    assert np.isfinite(miss).all()
+    assert float(np.nanmin(sigma)) > 0.01

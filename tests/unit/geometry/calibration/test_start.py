@@ -140,3 +140,11 @@ def test_a_simpler_lens_may_be_worse_by_two_standard_errors_or_a_hundredth(
         LensScore("brown8", 1.5, 0.0, 0.0),
     ]
     assert choose_lens(scores) == chosen
+
+
+def test_pictures_that_one_of_two_views_missed_do_not_place_them() -> None:
+    poses = views()
+    del poses[0, 1], poses[1, 0]
+    found = place_views(poses, [(0, 1), (1, 2)], 3)
+    for place, true in zip(found, PLACES, strict=True):
+        assert place.translation_mm == pytest.approx(true.translation_mm, abs=1e-9)
