@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-import pytest
 from rig_sim.clock import VirtualClock
 
 from rig.calibrate.coverage import coverage_of
