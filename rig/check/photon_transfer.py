@@ -102,7 +102,7 @@ def _binned(mean: Float, variance: Float) -> tuple[Float, Float, Float]:
     """Average mean and variance by grey level; bins with few pixels are left out."""
     if mean.size < _FEWEST_PIXELS:
         return np.empty(0), np.empty(0), np.empty(0)
-    edges = np.linspace(mean.min(), mean.max() + 1e-9, _BINS + 1)
+    edges = np.linspace(mean.min(), mean.max(), _BINS + 1)
     place = np.clip(np.digitize(mean, edges) - 1, 0, _BINS - 1)
     pixels = np.bincount(place, minlength=_BINS).astype(np.float64)
     enough = pixels >= _FEWEST_PIXELS

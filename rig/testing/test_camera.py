@@ -13,7 +13,6 @@ def test_a_grab_has_every_view_in_the_promised_order(camera_case: CameraCase) ->
         multiview = camera.grab(camera_case.patience_s)
         assert tuple(frame.view for frame in multiview.frames) == camera.views
         assert len(set(camera.views)) == len(camera.views) >= 2
-        assert len({frame.image.shape for frame in multiview.frames}) == 1
         assert all(frame.image.ndim == 2 for frame in multiview.frames)
         for frame in multiview.frames:
             if frame.colour is not None:
@@ -24,8 +23,10 @@ def test_a_grab_has_every_view_in_the_promised_order(camera_case: CameraCase) ->
 def test_pixels_are_read_only(camera_case: CameraCase) -> None:
     with camera_case.camera as camera:
         for frame in camera.grab(camera_case.patience_s).frames:
-            with pytest.raises(ValueError, match="read-only"):
-                frame.image[0, 0] = 1
+            for pixels in (frame.image, frame.colour):
+                if pixels is not None:
+                    with pytest.raises(ValueError, match="read-only"):
+                        pixels[0, 0] = 1
 
 
 def test_times_and_numbers_of_frames_grow(camera_case: CameraCase) -> None:

@@ -117,6 +117,22 @@ def make_folder_of_pairs(folder: Path) -> CameraCase:
     return CameraCase(FolderCamera(config, views, root=folder, clock=clock), clock, 4)
 
 
+def make_folder_in_colour(folder: Path) -> CameraCase:
+    """Colour pictures of one view beside smaller grey ones of another."""
+    random = np.random.default_rng(6)
+    for number in range(4):
+        bright = random.integers(0, 256, (24, 32, 3), np.uint8)
+        cv2.imwrite(str(folder / f"left_{number}.png"), bright)
+        cv2.imwrite(str(folder / f"right_{number}.png"), bright[:20, :30, 0])
+    names = ("left", "right")
+    config = FolderCameraConfig(
+        kind="folder", folder=str(folder), files={name: f"{name}_*.png" for name in names}
+    )
+    views = [ViewConfig(name=view, x_steps=i, y_steps=0.0) for i, view in enumerate(names)]
+    clock = SystemClock()
+    return CameraCase(FolderCamera(config, views, root=folder, clock=clock), clock, 4)
+
+
 def make_array_of_arrays(_: Path) -> CameraCase:
     inner, _devices, clock = video_array(VIEWS[:2])
     other, *_rest = video_array(VIEWS[2:])
@@ -137,6 +153,7 @@ def make_array_of_arrays(_: Path) -> CameraCase:
         make_array_of_arrays,
         make_split_picture,
         make_folder_of_pairs,
+        make_folder_in_colour,
     ]
 )
 def camera_case(request: pytest.FixtureRequest, tmp_path: Path) -> CameraCase:

@@ -11,6 +11,7 @@ from rig_sim.lenslets.array import TrueArray
 
 from rig.arrays import Float
 from rig.errors import CalibrationError
+from rig.lenslet import views as views_module
 from rig.lenslet.array import ARRAY_JSON, LensletArray, columns_of, fit_array, numbers_of
 from rig.lenslet.lattice import LatticeKind
 from rig.lenslet.match import shows_the_lattice
@@ -181,3 +182,16 @@ def test_a_picture_is_told_from_one_whose_lattice_lies_elsewhere(kind: LatticeKi
     assert shows_the_lattice(raw, array)
     assert not shows_the_lattice(np.roll(raw, (7, 7), axis=(0, 1)), array)
     assert not shows_the_lattice(exposed(scene), array)
+
+
+@pytest.mark.parametrize("first_row", [0, 1, 4])
+def test_rows_that_are_shifted_by_half_a_spacing_come_to_common_columns(first_row: int):
+    def light(x: Float) -> Float:
+        return 100.0 + 20.0 * np.cos(0.3 * x)
+
+    column = np.arange(30.0)
+    shifts = [0.5 * ((first_row + row) % 2 == 0) for row in range(5)]
+    rows = np.stack([light(column - shift) for shift in shifts])[None].astype(np.float32)
+    upright = views_module._upright(rows, first_row, 20)
+    expected = light(np.arange(20.0) * views_module._COLUMN_STEP)
+    assert upright[0, :, 2:] == pytest.approx(np.tile(expected[2:], (5, 1)), abs=0.05)
