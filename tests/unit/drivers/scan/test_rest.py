@@ -78,7 +78,12 @@ def test_a_motion_is_shown_by_a_red_frame_around_it(tmp_path: Path):
     show_motion(frame(after), motion, tmp_path / "moved.png")
     shown = cv2.imread(str(tmp_path / "moved.png"))
     assert shown is not None
-    assert shown[64, 150].tolist() == [0, 0, 255]
-    assert shown[80, 175].tolist() == [0, 0, 255]
+    left, top, right, bottom = motion.region_px
+    red = (shown == (0, 0, 255)).all(axis=2)
+    rows, columns = np.flatnonzero(red.any(axis=1)), np.flatnonzero(red.any(axis=0))
+    # A line of two pixels, drawn on and beside the outermost ones of the region.
+    assert (columns[0], columns[-1]) == (left - 1, right)
+    assert (rows[0], rows[-1]) == (top - 1, bottom)
+    assert not red[top + 2 : bottom - 2, left + 2 : right - 2].any()
     with pytest.raises(StoreError):
         show_motion(frame(after), motion, tmp_path / "gone" / "moved.png")
