@@ -1,6 +1,7 @@
 """What is common to the formats that hold one frame of a capture per file."""
 
 from abc import ABC, abstractmethod
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -31,10 +32,17 @@ class FrameExport(ABC):
         if self.frames is not None:
             captured = FrameChoice.parse(self.frames).of(captured)
         folder = out or Path(f"{source.resolve().stem}_{self.format}")
+        is_new = not folder.exists()
         points: list[int | None] = []
-        for frame in captured:
-            _make(folder)
-            points.append(self.write(frame, folder))
+        try:
+            for frame in captured:
+                _make(folder)
+                points.append(self.write(frame, folder))
+        except BaseException:
+            if is_new:
+                with suppress(OSError):  # there is no folder, or it holds frames by now
+                    folder.rmdir()
+            raise
         if not points:
             raise StoreError(f"{source}: has no frames", advice="capture again")
         known = [count for count in points if count is not None]

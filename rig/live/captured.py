@@ -174,7 +174,9 @@ class CapturedFrame:
 
         Raises:
             CalibrationError: the capture was made where nothing told the focal length.
+            StoreError: it is a recording.
         """
+        self._require_maps("the camera of its maps")
         if self.pinhole is None:
             raise CalibrationError(
                 f"{self.source}: has no {CAMERA}, asked for the camera of its maps",
@@ -195,12 +197,17 @@ class CapturedFrame:
     def _has_slopes_only(self) -> bool:
         return self.facts.get("sigma_unit") == "px per view step"
 
-    def _map(self, kind: str, suffix: str) -> Path:
+    def _require_maps(self, asked: str) -> None:
         if self.views is not None:
             raise StoreError(
-                f"{self.source}: a recording holds pictures, asked for {kind}",
-                advice='open its profile with overrides camera.kind="recording" and camera.file',
+                f"{self.source}: a recording holds pictures, asked for {asked}",
+                advice="measure it: rig capture PROFILE --set camera.kind=recording "
+                f"--set camera.file={self.source} --out FOLDER; a program opens the profile with "
+                "these as overrides",
             )
+
+    def _map(self, kind: str, suffix: str) -> Path:
+        self._require_maps(kind)
         return self.source / f"{kind}_{self.index:05d}.{suffix}"
 
 

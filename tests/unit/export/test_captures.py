@@ -28,10 +28,17 @@ FRAMES = 3
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("exports") / "maps"
-    request = CaptureRequest(frames=FRAMES, duration_s=None, folder=folder)
+    request = CaptureRequest(
+        frames=FRAMES, duration_s=None, folder=folder, recording=folder.parent / "all.mcap"
+    )
     with open_simulated_rig() as camera:
         capture_depth(camera, request, lambda *_: None)
     return folder
+
+
+@pytest.fixture(scope="module")
+def recording(folder: Path) -> Path:
+    return folder.parent / "all.mcap"
 
 
 @pytest.fixture(scope="module")
@@ -301,6 +308,18 @@ def test_what_cannot_be_exported_is_one_line(
     answer = rig("export", *words, *out)
     assert answer.code == code
     assert says in " ".join(answer.err.replace("│", " ").split())
+
+
+@pytest.mark.parametrize("target", ["pcd", "ply", "tiff", "npz"])
+def test_a_recording_has_no_maps_yet_and_no_folder_is_left(
+    rig: Command, recording: Path, tmp_path: Path, target: str
+):
+    out = tmp_path / "out"
+    answer = rig("export", recording, "--format", target, "--out", out)
+    assert answer.code == 1
+    assert "a recording holds pictures" in answer.err
+    assert "rig capture PROFILE --set camera.kind=recording" in answer.err
+    assert not out.exists()
 
 
 def test_a_folder_without_frames_is_refused(rig: Command, tmp_path: Path):

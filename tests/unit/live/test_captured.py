@@ -55,7 +55,9 @@ def test_pictures_of_a_recording_are_those_of_the_frames(captured: tuple[Path, P
     for frame, live in zip(frames, same_frames(), strict=True):
         assert frame.views is not None
         assert np.array_equal(frame.views.images, live.views.images)
-        with pytest.raises(StoreError, match="holds pictures, asked for depth; open its profile"):
+        with pytest.raises(
+            StoreError, match="holds pictures, asked for depth; measure it: rig capture"
+        ):
             _ = frame.depth_mm
         with pytest.raises(CalibrationError, match=r"has no camera\.json"):
             _ = frame.camera
