@@ -96,6 +96,13 @@ def test_light_that_changes_is_told(change: float, status: str):
     assert "flicker" in item.advice
 
 
+def test_light_that_changes_while_a_camera_moves_is_told_of_whole_scans_alone():
+    camera = load_profile("sim-scan").camera
+    item = judge_locks(camera, {}, [replace(STILL, brightness_change=0.3, exposures_s=(0.008,))])
+    assert (item.status, item.advice) == ("pass", "")
+    assert item.found == "exposure of 8.00 ms reported"
+
+
 def multiview(time_s: float, number: int, skew_s: float = 0.0) -> MultiView:
     image = np.zeros((16, 16), np.uint8)
     return MultiView(
