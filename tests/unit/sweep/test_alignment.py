@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import linregress
 
 from rig.cli.sweep_result import alignment_as_dict, alignment_lines, use_lines
 from rig.curve import CurvePoint
@@ -149,3 +150,16 @@ def test_cameras_and_stage_are_compared() -> None:
     assert use.stage.axis_deg == pytest.approx(0.585, abs=0.01)
     assert "scale 1.00150" in use_lines(use)[0]
     assert "0.1000 % rms" in use_lines(use)[1]
+
+
+def test_the_sigma_of_the_way_is_that_of_a_line_of_rays_over_nearness() -> None:
+    optics = nominal_optics(load_profile("sim"))
+    taken = stops(optics, board_deg=(0.0, 0.0), stage_deg=(-0.3, 0.5))
+    found = measure_alignment(taken, optics, None, pitch_mm=40.0, focal_px=FOCAL_PX)
+    assert found.stage is not None
+    centres_px = np.array([stop.centre_px for stop in taken])
+    for axis, middle_px in enumerate((319.5, 199.5)):
+        rays = (centres_px[:, axis] - middle_px) / FOCAL_PX
+        line = linregress(1.0 / np.array(DISTANCES_MM), rays)
+        expected_deg = float(np.degrees(line.intercept_stderr))
+        assert found.stage.sigma_deg[axis] == pytest.approx(expected_deg, rel=1e-6)
