@@ -258,3 +258,21 @@ def test_no_light_is_told_of_every_channel_and_view(shape: tuple[int, ...], chan
     light = fitting._no_light(np.zeros(shape, np.float32))
     assert [len(views) for views in light] == [4] * channels
     assert {field for views in light for field in views} == {None}
+
+
+def test_what_rows_miss_by_does_not_depend_on_what_is_called_a_step():
+    def found(step: float) -> RowErrors:
+        known = replace(RowErrors.none(5), per_slope=step * np.array([0.0, 0.2, -0.1, 0.0, 0.1]))
+        places = step * PLACES
+        views = RectifiedViews(bent().images, places[:, 0], places[:, 1], 0, row_errors=known)
+        range_px = RANGE_PX[0] / step, RANGE_PX[1] / step
+        window = window_of(views.shape, range_px, None)
+        return fit_together(views, window, 1.0, None).mending.rows
+
+    one, two = found(1.0), found(2.0)
+    assert two.rms_px == pytest.approx(one.rms_px, abs=0.03)
+    x, y = np.array([40.0, 120.0, 200.0]), np.array([50.0, 100.0, 150.0])
+    for first, second in zip(one.fields, two.fields, strict=True):
+        assert (first is None) == (second is None)
+        if first is not None and second is not None:
+            assert second.at(x, y) == pytest.approx(first.at(x, y), abs=0.05)

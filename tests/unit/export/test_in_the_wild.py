@@ -52,6 +52,14 @@ def test_ros_lenses_of_other_lengths_are_told_with_what_is_expected(
     assert f"expected 5 numbers, found {numbers.count(',') + 1}" in refusal("ros", tmp_path)
 
 
+@pytest.mark.parametrize("without", ["[0, 0, 399, -40, 0, 400,", "[400, 0, 399, -40, 0, 0,"])
+def test_a_ros_projection_without_a_focal_length_is_told(tmp_path: Path, without: str) -> None:
+    (tmp_path / "left.yaml").write_text(ROS.format(name="left", offset=0))
+    right = ROS.format(name="right", offset=-40).replace("[400, 0, 399, -40, 0, 400,", without)
+    (tmp_path / "right.yaml").write_text(right)
+    assert "projection_matrix has no focal length" in refusal("ros", tmp_path)
+
+
 def test_one_camera_info_file_is_one_view(tmp_path: Path) -> None:
     file = tmp_path / "ost.yaml"
     file.write_text(ROS.format(name="narrow_stereo/left", offset=0))

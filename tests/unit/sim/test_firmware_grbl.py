@@ -107,6 +107,8 @@ def test_a_locked_controller_takes_settings_but_no_motion(locked: Console) -> No
         ("$J=X5F100", "error:15"),
         ("$JX5F100", "error:3"),
         ("G1 X-" + "1" * 80, "error:11"),
+        ("F1" + "0" * 78, "error:11"),
+        ("F1" + "0" * 77, "ok"),
         ("", "ok"),
         ("(a comment) ; another", "ok"),
         ("g0 x -1.5 (there) ; quickly", "ok"),
