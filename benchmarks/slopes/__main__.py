@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.slopes.alike import alike
 from benchmarks.slopes.asked import Asked
 from benchmarks.slopes.colour import colour
 from benchmarks.slopes.degraded import degraded_frames
@@ -151,6 +152,7 @@ PARTS: dict[str, tuple[str, Callable[[], None]]] = {
 NARROWED: dict[str, tuple[str, Callable[[Asked], None]]] = {
     "honest": ("What is blind, answered, wrong, and how sure it was", honest),
     "degraded": ("What cameras and their files do to pictures", degraded_frames),
+    "alike": ("Noise that files and denoisers make alike", alike),
     "real": ("Real pairs, against SGBM-HH on frames with rows and light mended", real),
     "pairs": ("Pairs with true disparities, at the density of SGBM-HH with its check", pairs),
     "rigs": ("Five-view rigs whose rows miss and whose light differs", rigs),
