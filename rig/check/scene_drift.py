@@ -100,9 +100,12 @@ def judge_scene_drift(
 
 def _turns(drift: SceneDrift, profile: Profile) -> str:
     """Say of the view that has turned farthest, for its sigma, by how much."""
+    if drift.alone == profile.reference:
+        return f"{profile.views[profile.reference].name} has turned against all other views"
     told = drift.turned_deg[:, [0, 2]]
     sigma = np.where(drift.sigma_deg[:, [0, 2]] > 0.0, drift.sigma_deg[:, [0, 2]], np.inf)
-    view = int(np.argmax(np.square(told / sigma).sum(axis=1)))
+    farthest = int(np.argmax(np.square(told / sigma).sum(axis=1)))
+    view = farthest if drift.alone is None else drift.alone
     angle = float(np.linalg.norm(told[view]))
     along = told[view] / max(angle, 1e-12)
     error = float(np.linalg.norm(along * drift.sigma_deg[view, [0, 2]]))

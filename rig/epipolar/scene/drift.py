@@ -9,7 +9,7 @@ neighbours err together, and the same feature errs alike in picture after pictur
 long looks at one scene do not make it surer than its features are.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -54,6 +54,8 @@ class SceneDrift:
     """How far rows have moved, rms over picture and views."""
     probability: float
     """Of rows that lie so far off, or farther, while nothing has turned."""
+    alone: int | None
+    """The view whose turn alone explains them best; None where several turned, or one of a pair."""
     freedoms: int
     """Directions of turning that rows tell."""
     depth_pct: tuple[float, float]
@@ -103,7 +105,8 @@ def scene_drift(geometry: RigGeometry, covariance: Float, features: SceneFeature
     with_unknown = np.eye(len(information)) + information @ covariance
     told = turning.T @ np.linalg.solve(with_unknown, information @ turning)
     told, toward = (told + told.T) / 2.0, turning.T @ np.linalg.solve(with_unknown, pull)
-    probability, freedoms = _chance(told, toward, spare)
+    chances = _chances(known, told, toward, spare)
+    probability, alone = least_chance(chances)
     turned, sure = _turned(told, toward)
     views = len(known.names)
     angles, sigmas = np.zeros((views, 3)), np.zeros((views, 3))
@@ -115,7 +118,8 @@ def scene_drift(geometry: RigGeometry, covariance: Float, features: SceneFeature
         sigmas,
         _rows_px(known, turning @ turned, fit.at),
         probability,
-        freedoms,
+        alone,
+        _chance(told, toward, spare)[1],
         _depth_pct(known, turning, turned, sure),
         int(fit.fits.sum()),
     )
@@ -171,6 +175,39 @@ def _noise(
             squares.append(float(weight[part] @ across[part, view]) ** 2 / power)
     spare = max(len(squares) - fitted, _LEAST_SPARE)
     return max(1.0, float(np.sum(squares)) / spare), spare
+
+
+def _chances(
+    geometry: RigGeometry, told: Float, toward: Float, spare: int
+) -> dict[int | None, float]:
+    """Return the probability of such rows by chance, against several things that may have turned.
+
+    One view alone, whichever, the reference among them; and all of them at once (None). A pull
+    towards three turns is told from chance much sooner than one towards all of them: with four
+    views beside the reference, three freedoms and not twelve share what one view has turned.
+    """
+    found: dict[int | None, float] = {None: _chance(told, toward, spare)[0]}
+    views = len(geometry.names)
+    if views == 2:
+        return found
+    others = [view for view in range(views) if view != geometry.reference]
+    for place, view in enumerate(others):
+        one = np.zeros((len(toward), 3))
+        one[3 * place : 3 * place + 3] = np.eye(3)
+        found[view] = _chance(one.T @ told @ one, one.T @ toward, spare)[0]
+    # A turn of the reference is one of all others, each about the reference's axes.
+    together = np.concatenate([geometry.cam_from_reference[view].rotation for view in others])
+    found[geometry.reference] = _chance(together.T @ told @ together, together.T @ toward, spare)[0]
+    return found
+
+
+def least_chance(chances: Mapping[int | None, float]) -> tuple[float, int | None]:
+    """Return the probability of the least of some chances, and whose it is.
+
+    By Bonferroni's inequality, whatever they have in common, it is their number times the least.
+    """
+    whose = min(chances, key=lambda one: chances[one])
+    return min(1.0, len(chances) * chances[whose]), whose
 
 
 def _chance(told: Float, toward: Float, spare: int) -> tuple[float, int]:
