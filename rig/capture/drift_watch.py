@@ -11,10 +11,12 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 from types import TracebackType
 from typing import Self
 
+from rig.capture.drift_log import DriftLog
 from rig.check.scene_drift import drift_details, drift_since, judge_scene_drift
 from rig.database import Store
 from rig.errors import RigError
@@ -22,7 +24,7 @@ from rig.frames import MultiView
 from rig.live.frame import DepthFrame
 from rig.profile import Profile
 from rig.progress import Tell
-from rig.records import StoredCalibration
+from rig.records import StoredCalibration, StoredDrift
 from rig.stored import LENSLETS, Run
 
 ALARM = 1e-6
@@ -40,18 +42,30 @@ class SceneLook:
     calibration: StoredCalibration
     store: Store
     unit: str = ""
+    log: DriftLog = field(default_factory=DriftLog)
 
     def __call__(self, views: MultiView) -> str | None:
         """Look at one; return what is wrong, None where nothing is but chance."""
         full_scale = views.frames[0].full_scale
         drift = drift_since(self.calibration, self.profile, [views.images], full_scale)
-        self.store.save_drift(
+        details = drift_details(drift, self.profile)
+        number = self.store.save_drift(
             self.calibration.id,
             rig=self.profile.name,
-            details=drift_details(drift, self.profile),
+            details=details,
             temperature_degc=views.temperature_degc,
             unit=self.unit,
         )
+        look = StoredDrift(
+            number,
+            self.profile.name,
+            self.calibration.id,
+            datetime.now(UTC),
+            views.temperature_degc,
+            details,
+            self.unit,
+        )
+        self.log.add(look)
         if drift.probability >= ALARM:
             return None
         item = judge_scene_drift(
@@ -132,15 +146,17 @@ class DriftWatch:
                 self._tell(f"whether views have turned is not told: {error}")
 
 
-def look_of(run: Run, store: Store, unit: str) -> SceneLook | None:
+def look_of(run: Run, store: Store, unit: str, log: DriftLog) -> SceneLook | None:
     """Return how a run's calibration is looked after; None where it has none that is stored.
 
     Args:
         run: the rig, with its calibration.
         store: where looks are kept.
         unit: which of the rigs of this name.
+        log: begun with earlier looks where there is something to look after.
     """
     calibration = run.calibration
     if calibration is None or LENSLETS in calibration.geometry or run.profile.camera.is_scan:
         return None
-    return SceneLook(run.profile, calibration, store, unit)
+    log.begin(calibration, store, unit)
+    return SceneLook(run.profile, calibration, store, unit, log)

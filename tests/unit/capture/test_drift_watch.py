@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rig.capture.drift_log import DriftLog
 from rig.capture.drift_watch import ALARM, DriftWatch, SceneLook, look_of
 from rig.database import open_store
 from rig.errors import CalibrationError
@@ -97,12 +98,15 @@ def test_a_look_that_is_not_possible_is_told_once_and_it_goes_on():
 
 def test_without_a_calibration_nothing_is_looked_at(tmp_path: Path):
     with open_store(sqlite_url(tmp_path)) as store:
-        assert look_of(Run(PAIR, nominal_optics(PAIR)), store, "") is None
-        stored = store.calibration(new_calibration(store))
+        assert look_of(Run(PAIR, nominal_optics(PAIR)), store, "", DriftLog()) is None
+        geometry = geometry_of([true_camera(v.name, (0.0, 0.0, 0.0)) for v in PAIR.views])
+        stored = replace(
+            store.calibration(new_calibration(store)), geometry=geometry_to_json(geometry)
+        )
         run = Run(PAIR, nominal_optics(PAIR), calibration=stored)
-        assert isinstance(look_of(run, store, "7"), SceneLook)
+        assert isinstance(look_of(run, store, "7", DriftLog()), SceneLook)
         lenslets = replace(stored, geometry={"lenslets": {}})
-        assert look_of(replace(run, calibration=lenslets), store, "") is None
+        assert look_of(replace(run, calibration=lenslets), store, "", DriftLog()) is None
 
 
 @pytest.mark.slow
