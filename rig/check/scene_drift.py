@@ -5,13 +5,15 @@ and depth hangs on that: its change is an interval.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from rig.arrays import Float
 from rig.check.items import Item, Status, graded
 from rig.epipolar.scene.drift import SceneDrift, look, scene_drift
-from rig.frames import GreyImage
+from rig.epipolar.scene.motion import Before, before
+from rig.frames import MultiView
 from rig.geometry.rig_geometry_json import geometry_from_json
 from rig.optics.prior import PRIOR_SIGMAS, UNKNOWN_SOURCE, prior_covariance
 from rig.profile import Profile
@@ -25,13 +27,30 @@ _VAGUE_PCT = 2.0
 """Half an interval of the depth error that says nothing."""
 
 
-def drift_since(
-    stored: StoredCalibration,
-    profile: Profile,
-    pictures: Sequence[Sequence[GreyImage]],
-    full_scale: int,
-) -> SceneDrift:
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """A multi-view of a scene, and the one before."""
+
+    views: MultiView
+    earlier: MultiView | None = None
+    """Taken shortly before; None where there is none, as of stored pictures."""
+
+    def before(self, reference: int) -> Before | None:
+        """Return what the reference showed before, where things that move would matter."""
+        if self.earlier is None:
+            return None
+        was, now = self.earlier.frames[reference], self.views.frames[reference]
+        passed_s = now.timestamp_s - was.timestamp_s
+        return before(was.image, passed_s, self.views.skew_s) if passed_s > 0.0 else None
+
+
+def drift_since(stored: StoredCalibration, profile: Profile, seen: Sequence[Seen]) -> SceneDrift:
     """Measure what a scene tells of a stored calibration.
+
+    Args:
+        stored: the calibration.
+        profile: the rig.
+        seen: some multi-views of one scene.
 
     Raises:
         CalibrationError: the views share too few features.
@@ -41,7 +60,13 @@ def drift_since(
     if covariance is None:
         known = PRIOR_SIGMAS.get(str(stored.quality.get("imported")), UNKNOWN_SOURCE)
         covariance = prior_covariance(geometry, profile.prior_sigma or known)
-    return scene_drift(geometry, covariance, look(geometry, pictures, full_scale))
+    features = look(
+        geometry,
+        [one.views.images for one in seen],
+        seen[0].views.frames[0].full_scale,
+        [one.before(geometry.reference) for one in seen],
+    )
+    return scene_drift(geometry, covariance, features)
 
 
 def drift_details(drift: SceneDrift, profile: Profile) -> dict[str, object]:

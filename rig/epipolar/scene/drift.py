@@ -9,21 +9,22 @@ neighbours err together, and the same feature errs alike in picture after pictur
 long looks at one scene do not make it surer than its features are.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as fisher
 
-from rig.arrays import Float
+from rig.arrays import Float, Index
+from rig.epipolar.scene.chances import Evidence, chance, chances, hypotheses, least_chance
 from rig.epipolar.scene.features import SceneFeatures
 from rig.epipolar.scene.fine import FineMeter
 from rig.epipolar.scene.match import match_features
+from rig.epipolar.scene.motion import Before, standing
 from rig.epipolar.scene.numbers import numbers_of, pose_slice, with_numbers
 from rig.epipolar.scene.rays import Misfit, derivatives, misfit
 from rig.epipolar.scene.rows import grid_features
-from rig.epipolar.scene.solve import across_px, fit_scene
+from rig.epipolar.scene.solve import SceneFit, across_px, fit_scene
 from rig.errors import CalibrationError
 from rig.geometry.bundle.depth_error import depth_gradient
 from rig.geometry.bundle.geometry_of import rodrigues_by_shared
@@ -33,9 +34,11 @@ _TURN_DEG = 0.5
 """How far a view may have turned, 1 sigma about each axis, before the scene is asked."""
 _CELLS = 6
 """Parts of the picture, each way, whose means tell the noise."""
-_LEAST_SPARE = 6
+_FEWEST_PARTS = 9
+"""Of a view, with features: three are used up by its turns."""
 _TOLD = 4.0
 """A direction of turning is told by rows that know it so many times as well as `_TURN_DEG`."""
+_LEAST = (_TOLD / np.radians(_TURN_DEG)) ** 2
 _RIDGE = 1e-9
 _FEWEST = 40
 _AT_MM = 1000.0
@@ -65,7 +68,10 @@ class SceneDrift:
 
 
 def look(
-    geometry: RigGeometry, pictures: Sequence[Sequence[NDArray[np.generic]]], full_scale: int
+    geometry: RigGeometry,
+    pictures: Sequence[Sequence[NDArray[np.generic]]],
+    full_scale: int,
+    earlier: Sequence[Before | None] = (),
 ) -> SceneFeatures:
     """Measure the features of one scene in some pictures of it.
 
@@ -73,17 +79,28 @@ def look(
         geometry: the calibration.
         pictures: raw multi-views, each per view (H, W) grey.
         full_scale: largest grey value.
+        earlier: of each multi-view what the reference showed shortly before, where that matters.
 
     Raises:
-        CalibrationError: a view shares too few features with the reference.
+        CalibrationError: a view shares too few features with the reference, or too few stand still.
     """
     known = replace(geometry, covariance=None)
     coarse = match_features(pictures[0], geometry.reference, 0, full_scale)
     _require(coarse, known)
     fit = fit_scene(known, _turning(known), coarse)
     meter = FineMeter.of(fit.geometry, coarse[fit.fits])
-    features = SceneFeatures.joined([meter.measure(images, 0) for images in pictures])
-    _require(features, known)
+    measured = [meter.measure(images, 0) for images in pictures]
+    _require(SceneFeatures.joined(measured), known)
+    still = [
+        one
+        if was is None
+        else one[standing(was, images[geometry.reference], one.reference_px, full_scale)]
+        for one, images, was in zip(
+            measured, pictures, earlier or [None] * len(pictures), strict=True
+        )
+    ]
+    features = SceneFeatures.joined(still)
+    _require(features, known, "that stand still while the views are exposed")
     return features
 
 
@@ -99,14 +116,11 @@ def scene_drift(geometry: RigGeometry, covariance: Float, features: SceneFeature
     prior = covariance + _turning(known)
     fit = fit_scene(known, prior + _RIDGE * np.diag(np.diag(prior)), features)
     turning = _axes(known)
-    information, pull = _linear(fit.geometry, known, fit.at, features, fit.weight / fit.scatter**2)
-    noise, spare = _noise(fit.at, features, fit.weight, fit.scatter, turning.shape[1], known)
-    information, pull = information / noise, pull / noise
-    with_unknown = np.eye(len(information)) + information @ covariance
-    told = turning.T @ np.linalg.solve(with_unknown, information @ turning)
-    told, toward = (told + told.T) / 2.0, turning.T @ np.linalg.solve(with_unknown, pull)
-    chances = _chances(known, told, toward, spare)
-    probability, alone = least_chance(chances)
+    evidence = _evidence(fit, known, features, turning.shape[1])
+    told, toward = evidence.against(covariance, turning, evidence.noise)
+    probability, alone = least_chance(
+        chances(evidence, covariance, hypotheses(known, turning), _LEAST)
+    )
     turned, sure = _turned(told, toward)
     views = len(known.names)
     angles, sigmas = np.zeros((views, 3)), np.zeros((views, 3))
@@ -119,7 +133,7 @@ def scene_drift(geometry: RigGeometry, covariance: Float, features: SceneFeature
         _rows_px(known, turning @ turned, fit.at),
         probability,
         alone,
-        _chance(told, toward, spare)[1],
+        chance(told, toward, evidence.spare, _LEAST)[1],
         _depth_pct(known, turning, turned, sure),
         int(fit.fits.sum()),
     )
@@ -140,85 +154,63 @@ def _turning(geometry: RigGeometry) -> Float:
     return np.radians(_TURN_DEG) ** 2 * axes @ axes.T
 
 
-def _linear(
-    at_fit: RigGeometry, known: RigGeometry, at: Misfit, features: SceneFeatures, weight: Float
-) -> tuple[Float, Float]:
-    """Information (P, P) and pull (P,) about the numbers of the calibration."""
-    moves = derivatives(at_fit, features, at).reshape(-1, known.parameter_count)
-    away = numbers_of(at_fit) - numbers_of(known)
-    residual = at.residual.ravel() + moves @ away
-    weights = np.repeat(weight, at.residual[0].size)
-    weighed = moves * weights[:, None]
-    return weighed.T @ moves, weighed.T @ residual
+def _evidence(fit: SceneFit, known: RigGeometry, features: SceneFeatures, fitted: int) -> Evidence:
+    """Return what the features tell about the numbers of the calibration.
+
+    Raises:
+        CalibrationError: they lie in too few parts of the picture to tell their noise.
+    """
+    count = known.parameter_count
+    moves = derivatives(fit.geometry, features, fit.at).reshape(-1, count)
+    weights = np.repeat(fit.weight / fit.scatter**2, fit.at.residual[0].size)
+    weighed, residual = moves * weights[:, None], fit.at.residual.ravel()
+    away = numbers_of(fit.geometry) - numbers_of(known)
+    part = _parts(features, known)
+    _, own = np.unique(part, return_inverse=True)
+    left = (weighed * residual[:, None]).reshape(len(features), -1, count).sum(axis=1)
+    parts = np.zeros((int(own.max()) + 1, count))
+    np.add.at(parts, own, left)
+    noise, spare = _noise(fit, features, part, fitted, known)
+    return Evidence(weighed.T @ moves, weighed.T @ (residual + moves @ away), parts, noise, spare)
 
 
-def _noise(
-    at: Misfit,
-    features: SceneFeatures,
-    weight: Float,
-    scatter: float,
-    fitted: int,
-    geometry: RigGeometry,
-) -> tuple[float, int]:
-    """How much more parts of the picture differ than independent features would; and freedoms."""
+def _parts(features: SceneFeatures, geometry: RigGeometry) -> Index:
+    """(N,) which part of the reference's picture each feature lies in."""
     camera = geometry.cameras[geometry.reference]
     size = np.array([camera.width_px, camera.height_px])
     cell = np.clip((features.reference_px * _CELLS / size).astype(int), 0, _CELLS - 1)
-    key = cell[:, 1] * _CELLS + cell[:, 0]
-    across = across_px(at, features) / features.sigma_px / scatter
+    return np.asarray(cell[:, 1] * _CELLS + cell[:, 0], np.intp)
+
+
+def _noise(
+    fit: SceneFit, features: SceneFeatures, part: Index, fitted: int, geometry: RigGeometry
+) -> tuple[float, float]:
+    """How much more parts of the picture differ than independent features would; and freedoms.
+
+    Views share the reference's errors, half of all that parts differ by: of n of them over v
+    views 4 n / (v + 3) are free (F. E. Satterthwaite, Biometrics Bulletin 2, 1946).
+
+    Raises:
+        CalibrationError: a view shares features in too few parts.
+    """
+    across = across_px(fit.at, features) / features.sigma_px / fit.scatter
     squares: list[float] = []
-    for view in range(len(geometry.cameras)):
-        own = np.isfinite(across[:, view]) & (weight > 0.0)
-        for one in np.unique(key[own]):
-            part = own & (key == one)
-            power = float(weight[part].sum())
-            squares.append(float(weight[part] @ across[part, view]) ** 2 / power)
-    spare = max(len(squares) - fitted, _LEAST_SPARE)
-    return max(1.0, float(np.sum(squares)) / spare), spare
-
-
-def _chances(
-    geometry: RigGeometry, told: Float, toward: Float, spare: int
-) -> dict[int | None, float]:
-    """Return the probability of such rows by chance, against several things that may have turned.
-
-    One view alone, whichever, the reference among them; and all of them at once (None). A pull
-    towards three turns is told from chance much sooner than one towards all of them: with four
-    views beside the reference, three freedoms and not twelve share what one view has turned.
-    """
-    found: dict[int | None, float] = {None: _chance(told, toward, spare)[0]}
-    views = len(geometry.names)
-    if views == 2:
-        return found
-    others = [view for view in range(views) if view != geometry.reference]
-    for place, view in enumerate(others):
-        one = np.zeros((len(toward), 3))
-        one[3 * place : 3 * place + 3] = np.eye(3)
-        found[view] = _chance(one.T @ told @ one, one.T @ toward, spare)[0]
-    # A turn of the reference is one of all others, each about the reference's axes.
-    together = np.concatenate([geometry.cam_from_reference[view].rotation for view in others])
-    found[geometry.reference] = _chance(together.T @ told @ together, together.T @ toward, spare)[0]
-    return found
-
-
-def least_chance(chances: Mapping[int | None, float]) -> tuple[float, int | None]:
-    """Return the probability of the least of some chances, and whose it is.
-
-    By Bonferroni's inequality, whatever they have in common, it is their number times the least.
-    """
-    whose = min(chances, key=lambda one: chances[one])
-    return min(1.0, len(chances) * chances[whose]), whose
-
-
-def _chance(told: Float, toward: Float, spare: int) -> tuple[float, int]:
-    """Probability of such a pull by chance, over the directions that rows tell; and how many."""
-    sizes, axes = np.linalg.eigh(told)
-    clear = sizes > (_TOLD / np.radians(_TURN_DEG)) ** 2
-    freedoms = int(clear.sum())
-    if not freedoms:
-        return 1.0, 0
-    squares = float(np.sum((axes[:, clear].T @ toward) ** 2 / sizes[clear]))
-    return float(fisher.sf(squares / freedoms, freedoms, spare)), freedoms
+    for view, name in enumerate(geometry.names):
+        own = np.isfinite(across[:, view]) & (fit.weight > 0.0)
+        found = np.unique(part[own])
+        if view != geometry.reference and len(found) < _FEWEST_PARTS:
+            raise CalibrationError(
+                f"drift from a scene asked for, {name} shares features with "
+                f"{geometry.names[geometry.reference]} in {len(found)} of the {_CELLS**2} parts of "
+                f"the picture; {_FEWEST_PARTS} are needed to tell drift from noise",
+                advice="look at something with texture all over the picture, sharp and lit",
+            )
+        for one in found:
+            inside = own & (part == one)
+            power = float(fit.weight[inside].sum())
+            squares.append(float(fit.weight[inside] @ across[inside, view]) ** 2 / power)
+    left, others = len(squares) - fitted, len(geometry.names) - 1
+    return max(1.0, float(np.sum(squares)) / left), 4.0 * left / (others + 3.0)
 
 
 def _turned(told: Float, toward: Float) -> tuple[Float, Float]:
@@ -256,13 +248,13 @@ def _depth_pct(
     return off - _K * sigma, off + _K * sigma
 
 
-def _require(features: SceneFeatures, geometry: RigGeometry) -> None:
+def _require(features: SceneFeatures, geometry: RigGeometry, which: str = "") -> None:
     for view, (name, count) in enumerate(
         zip(geometry.names, features.seen.sum(axis=0).tolist(), strict=True)
     ):
         if view != geometry.reference and count < _FEWEST:
             raise CalibrationError(
                 f"drift from a scene asked for, {name} shares {count} features with "
-                f"{geometry.names[geometry.reference]}; {_FEWEST} are needed",
-                advice="look at something with texture, sharp and lit",
+                f"{geometry.names[geometry.reference]}{which and ' '}{which}; {_FEWEST} are needed",
+                advice="look at something with texture, sharp and lit, that stands still",
             )

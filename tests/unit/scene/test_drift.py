@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from rig.arrays import Float
-from rig.epipolar.scene.drift import SceneDrift, least_chance, look, scene_drift
+from rig.epipolar.scene.chances import least_chance
+from rig.epipolar.scene.drift import SceneDrift, look, scene_drift
 from rig.epipolar.scene.numbers import numbers_of, with_numbers
 from rig.errors import CalibrationError
 from rig.geometry.pose import Pose
