@@ -25,8 +25,9 @@ from rig_sim.optics import TrueCamera
 from rig.arrays import Float
 from rig.capture.drift_watch import ALARM
 from rig.check.scene_drift import CHANCE
-from rig.epipolar.scene.drift import SceneDrift, look, scene_drift
+from rig.epipolar.scene.drift import SceneDrift, scene_drift
 from rig.epipolar.scene.features import SceneFeatures
+from rig.epipolar.scene.look import look
 from rig.epipolar.scene.numbers import numbers_of, with_numbers
 from rig.epipolar.scene.rays import misfit
 from rig.epipolar.scene.solve import across_px

@@ -11,7 +11,8 @@ import numpy as np
 
 from rig.arrays import Float
 from rig.check.items import Item, Status, graded
-from rig.epipolar.scene.drift import SceneDrift, look, scene_drift
+from rig.epipolar.scene.drift import SceneDrift, scene_drift
+from rig.epipolar.scene.look import look
 from rig.epipolar.scene.motion import Before, before
 from rig.frames import MultiView
 from rig.geometry.rig_geometry_json import geometry_from_json

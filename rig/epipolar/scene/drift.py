@@ -9,38 +9,30 @@ neighbours err together, and the same feature errs alike in picture after pictur
 long looks at one scene do not make it surer than its features are.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rig.arrays import Float, Index
 from rig.epipolar.scene.chances import Evidence, chance, chances, hypotheses, least_chance
 from rig.epipolar.scene.features import SceneFeatures
-from rig.epipolar.scene.fine import FineMeter
-from rig.epipolar.scene.match import match_features
-from rig.epipolar.scene.motion import Before, standing
-from rig.epipolar.scene.numbers import numbers_of, pose_slice, with_numbers
-from rig.epipolar.scene.rays import Misfit, derivatives, misfit
-from rig.epipolar.scene.rows import grid_features
+from rig.epipolar.scene.look import TURN_DEG, axes_of, rows_moved_px, turning_prior
+from rig.epipolar.scene.numbers import numbers_of
+from rig.epipolar.scene.rays import derivatives
 from rig.epipolar.scene.solve import SceneFit, across_px, fit_scene
+from rig.epipolar.scene.verdict import FITTING
 from rig.errors import CalibrationError
 from rig.geometry.bundle.depth_error import depth_gradient
-from rig.geometry.bundle.geometry_of import rodrigues_by_shared
 from rig.geometry.rig_geometry import RigGeometry
 
-_TURN_DEG = 0.5
-"""How far a view may have turned, 1 sigma about each axis, before the scene is asked."""
 _CELLS = 6
 """Parts of the picture, each way, whose means tell the noise."""
 _FEWEST_PARTS = 9
 """Of a view, with features: three are used up by its turns."""
 _TOLD = 4.0
-"""A direction of turning is told by rows that know it so many times as well as `_TURN_DEG`."""
-_LEAST = (_TOLD / np.radians(_TURN_DEG)) ** 2
+"""A direction of turning is told by rows that know it so many times as well as `TURN_DEG`."""
+_LEAST = (_TOLD / np.radians(TURN_DEG)) ** 2
 _RIDGE = 1e-9
-_FEWEST = 40
 _AT_MM = 1000.0
 _K = 2.0
 
@@ -67,43 +59,6 @@ class SceneDrift:
     features: int
 
 
-def look(
-    geometry: RigGeometry,
-    pictures: Sequence[Sequence[NDArray[np.generic]]],
-    full_scale: int,
-    earlier: Sequence[Before | None] = (),
-) -> SceneFeatures:
-    """Measure the features of one scene in some pictures of it.
-
-    Args:
-        geometry: the calibration.
-        pictures: raw multi-views, each per view (H, W) grey.
-        full_scale: largest grey value.
-        earlier: of each multi-view what the reference showed shortly before, where that matters.
-
-    Raises:
-        CalibrationError: a view shares too few features with the reference, or too few stand still.
-    """
-    known = replace(geometry, covariance=None)
-    coarse = match_features(pictures[0], geometry.reference, 0, full_scale)
-    _require(coarse, known)
-    fit = fit_scene(known, _turning(known), coarse)
-    meter = FineMeter.of(fit.geometry, coarse[fit.fits])
-    measured = [meter.measure(images, 0) for images in pictures]
-    _require(SceneFeatures.joined(measured), known)
-    still = [
-        one
-        if was is None
-        else one[standing(was, images[geometry.reference], one.reference_px, full_scale)]
-        for one, images, was in zip(
-            measured, pictures, earlier or [None] * len(pictures), strict=True
-        )
-    ]
-    features = SceneFeatures.joined(still)
-    _require(features, known, "that stand still while the views are exposed")
-    return features
-
-
 def scene_drift(geometry: RigGeometry, covariance: Float, features: SceneFeatures) -> SceneDrift:
     """Compare features of one scene with a calibration.
 
@@ -111,11 +66,21 @@ def scene_drift(geometry: RigGeometry, covariance: Float, features: SceneFeature
         geometry: the calibration.
         covariance: (P, P) of its numbers.
         features: of one scene, from `look`.
+
+    Raises:
+        CalibrationError: too few of them fit, or they lie in too few parts of the picture.
     """
     known = replace(geometry, covariance=None)
-    prior = covariance + _turning(known)
+    prior = covariance + turning_prior(known)
     fit = fit_scene(known, prior + _RIDGE * np.diag(np.diag(prior)), features)
-    turning = _axes(known)
+    share = float(fit.fits.mean())
+    if share < FITTING:
+        raise CalibrationError(
+            f"drift from a scene asked for, {100 * share:.0f} % of {len(features)} features fit "
+            f"cameras that may have turned; {100 * FITTING:.0f} % are needed",
+            advice="look at something that stands still and does not repeat itself",
+        )
+    turning = axes_of(known)
     evidence = _evidence(fit, known, features, turning.shape[1])
     told, toward = evidence.against(covariance, turning, evidence.noise)
     probability, alone = least_chance(
@@ -130,28 +95,13 @@ def scene_drift(geometry: RigGeometry, covariance: Float, features: SceneFeature
     return SceneDrift(
         angles,
         sigmas,
-        _rows_px(known, turning @ turned, fit.at),
+        rows_moved_px(known, turning @ turned, fit.at),
         probability,
         alone,
         chance(told, toward, evidence.spare, _LEAST)[1],
         _depth_pct(known, turning, turned, sure),
         int(fit.fits.sum()),
     )
-
-
-def _axes(geometry: RigGeometry) -> Float:
-    """(P, 3 (V - 1)) how turns of the views about their own axes move the numbers."""
-    places = [
-        place
-        for view in range(len(geometry.names))
-        for place in range(*pose_slice(geometry, view).indices(geometry.parameter_count))[:3]
-    ]
-    return rodrigues_by_shared(geometry)[:, places]
-
-
-def _turning(geometry: RigGeometry) -> Float:
-    axes = _axes(geometry)
-    return np.radians(_TURN_DEG) ** 2 * axes @ axes.T
 
 
 def _evidence(fit: SceneFit, known: RigGeometry, features: SceneFeatures, fitted: int) -> Evidence:
@@ -218,22 +168,13 @@ def _turned(told: Float, toward: Float) -> tuple[Float, Float]:
 
     Rows hardly tell a turn about y: it is taken to be no larger than those about x and z.
     """
-    loose = np.full(len(toward), np.radians(_TURN_DEG))
+    loose = np.full(len(toward), np.radians(TURN_DEG))
     first = np.linalg.inv(told + np.diag(loose**-2.0))
     size = np.abs(first @ toward) + np.sqrt(np.diag(first))
     beside = np.maximum(size[0::3], size[2::3])
     loose[1::3] = np.minimum(loose[1::3], beside)
     covariance = np.asarray(np.linalg.inv(told + np.diag(loose**-2.0)), np.float64)
     return covariance @ toward, covariance
-
-
-def _rows_px(geometry: RigGeometry, numbers: Float, at: Misfit) -> float:
-    """How far rows move, px rms, at the distances of the scene, by a change of the numbers."""
-    inverse = np.percentile(at.inverse_per_mm, [10.0, 50.0, 90.0])
-    turned = with_numbers(geometry, numbers_of(geometry) + numbers)
-    grid = grid_features(turned, np.maximum(inverse, 1e-6))
-    across = across_px(misfit(geometry, grid), grid)
-    return float(np.sqrt(np.nanmean(across**2)))
 
 
 def _depth_pct(
@@ -246,15 +187,3 @@ def _depth_pct(
     by_turns = -depth_gradient(geometry, _AT_MM, middle)[0] @ turning * (100.0 / _AT_MM)
     off, sigma = float(by_turns @ turned), float(np.sqrt(by_turns @ sure @ by_turns))
     return off - _K * sigma, off + _K * sigma
-
-
-def _require(features: SceneFeatures, geometry: RigGeometry, which: str = "") -> None:
-    for view, (name, count) in enumerate(
-        zip(geometry.names, features.seen.sum(axis=0).tolist(), strict=True)
-    ):
-        if view != geometry.reference and count < _FEWEST:
-            raise CalibrationError(
-                f"drift from a scene asked for, {name} shares {count} features with "
-                f"{geometry.names[geometry.reference]}{which and ' '}{which}; {_FEWEST} are needed",
-                advice="look at something with texture, sharp and lit, that stands still",
-            )

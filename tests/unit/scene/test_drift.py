@@ -7,7 +7,8 @@ import pytest
 
 from rig.arrays import Float
 from rig.epipolar.scene.chances import least_chance
-from rig.epipolar.scene.drift import SceneDrift, look, scene_drift
+from rig.epipolar.scene.drift import SceneDrift, scene_drift
+from rig.epipolar.scene.look import look
 from rig.epipolar.scene.numbers import numbers_of, with_numbers
 from rig.errors import CalibrationError
 from rig.geometry.pose import Pose
