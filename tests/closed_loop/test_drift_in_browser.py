@@ -98,6 +98,7 @@ def test_before_the_first_look_it_says_when_that_comes(bench: Drifting):
     bench.wait(
         "() => document.getElementById('drift-hint').textContent.startsWith('The first look comes')"
     )
+    assert bench.page.locator("#drifts figure").count() == 0
 
 
 def test_every_view_has_its_turn_and_its_band(bench: Drifting):

@@ -33,32 +33,32 @@ class Evidence:
     """(C, P) what is left of the pull of each part of the picture once all is fitted."""
     noise: float
     """How much more parts of the picture differ than independent features would, over all views."""
-    spare: float
+    spare: int
     """Freedoms of that noise."""
 
-    def against(self, unknown: Float, turning: Float, noise: float) -> tuple[Float, Float]:
+    def against(self, unknown: Float, turning: Float, ratio: float) -> tuple[Float, Float]:
         """Information (K, K) and pull (K,) about turns, with what is not known in the noise.
 
         Args:
             unknown: (P, P) covariance of the calibration.
             turning: (P, K) how the turns move the numbers.
-            noise: to use.
+            ratio: how much more parts of the picture differ than independent features would.
         """
-        information = self.information / noise
+        information = self.information / ratio
         with_unknown = np.eye(len(information)) + information @ unknown
         told = turning.T @ np.linalg.solve(with_unknown, information @ turning)
-        toward = turning.T @ np.linalg.solve(with_unknown, self.pull / noise)
+        toward = turning.T @ np.linalg.solve(with_unknown, self.pull / ratio)
         return (told + told.T) / 2.0, toward
 
-    def noise_of(self, turning: Float, least: float) -> float:
+    def noise_of(self, turning: Float, told_rad: float) -> float:
         """Return the noise that parts of the picture show in some turns, 1 for independent ones.
 
         Args:
             turning: (P, K).
-            least: information below which a turn is not told.
+            told_rad: 1 sigma from which a turn is not told.
         """
         sizes, axes = np.linalg.eigh(turning.T @ self.information @ turning)
-        clear = sizes > least
+        clear = sizes > told_rad**-2.0
         if not clear.any():
             return 1.0
         pulls = self.parts @ turning @ axes[:, clear] / np.sqrt(sizes[clear])
@@ -85,7 +85,7 @@ def hypotheses(geometry: RigGeometry, turning: Float) -> dict[int | None, Float]
 
 
 def chances(
-    evidence: Evidence, unknown: Float, turnings: Mapping[int | None, Float], least: float
+    evidence: Evidence, unknown: Float, turnings: Mapping[int | None, Float], told_rad: float
 ) -> dict[int | None, float]:
     """Return the probability of such rows by chance against each hypothesis.
 
@@ -93,13 +93,13 @@ def chances(
         evidence: of one scene.
         unknown: (P, P) covariance of the calibration.
         turnings: by hypothesis.
-        least: information below which a turn is not told.
+        told_rad: 1 sigma from which a turn is not told.
     """
     found: dict[int | None, float] = {}
     for whose, turning in turnings.items():
-        noise = max(evidence.noise, evidence.noise_of(turning, least))
+        noise = max(evidence.noise, evidence.noise_of(turning, told_rad))
         told, toward = evidence.against(unknown, turning, noise)
-        found[whose] = chance(told, toward, evidence.spare, least)[0]
+        found[whose] = chance(told, toward, evidence.spare, told_rad)[0]
     return found
 
 
@@ -109,10 +109,10 @@ def least_chance(found: Mapping[int | None, float]) -> tuple[float, int | None]:
     return min(1.0, len(found) * found[whose]), whose
 
 
-def chance(told: Float, toward: Float, spare: float, least: float) -> tuple[float, int]:
+def chance(told: Float, toward: Float, spare: int, told_rad: float) -> tuple[float, int]:
     """Probability of such a pull by chance, over the directions that rows tell; and how many."""
     sizes, axes = np.linalg.eigh(told)
-    clear = sizes > least
+    clear = sizes > told_rad**-2.0
     freedoms = int(clear.sum())
     if not freedoms:
         return 1.0, 0

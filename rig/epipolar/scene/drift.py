@@ -29,9 +29,8 @@ _CELLS = 6
 """Parts of the picture, each way, whose means tell the noise."""
 _FEWEST_PARTS = 9
 """Of a view, with features: three are used up by its turns."""
-_TOLD = 4.0
-"""A direction of turning is told by rows that know it so many times as well as `TURN_DEG`."""
-_LEAST = (_TOLD / np.radians(TURN_DEG)) ** 2
+_TOLD_RAD = float(np.radians(TURN_DEG)) / 4.0
+"""A direction of turning is told by rows that know it four times as well as `TURN_DEG`."""
 _RIDGE = 1e-9
 _AT_MM = 1000.0
 _K = 2.0
@@ -84,7 +83,7 @@ def scene_drift(geometry: RigGeometry, covariance: Float, features: SceneFeature
     evidence = _evidence(fit, known, features, turning.shape[1])
     told, toward = evidence.against(covariance, turning, evidence.noise)
     probability, alone = least_chance(
-        chances(evidence, covariance, hypotheses(known, turning), _LEAST)
+        chances(evidence, covariance, hypotheses(known, turning), _TOLD_RAD)
     )
     turned, sure = _turned(told, toward)
     views = len(known.names)
@@ -98,7 +97,7 @@ def scene_drift(geometry: RigGeometry, covariance: Float, features: SceneFeature
         rows_moved_px(known, turning @ turned, fit.at),
         probability,
         alone,
-        chance(told, toward, evidence.spare, _LEAST)[1],
+        chance(told, toward, evidence.spare, _TOLD_RAD)[1],
         _depth_pct(known, turning, turned, sure),
         int(fit.fits.sum()),
     )
@@ -134,7 +133,7 @@ def _parts(features: SceneFeatures, geometry: RigGeometry) -> Index:
 
 def _noise(
     fit: SceneFit, features: SceneFeatures, part: Index, fitted: int, geometry: RigGeometry
-) -> tuple[float, float]:
+) -> tuple[float, int]:
     """How much more parts of the picture differ than independent features would; and freedoms.
 
     Views share the reference's errors, half of all that parts differ by: of n of them over v
@@ -160,7 +159,7 @@ def _noise(
             power = float(fit.weight[inside].sum())
             squares.append(float(fit.weight[inside] @ across[inside, view]) ** 2 / power)
     left, others = len(squares) - fitted, len(geometry.names) - 1
-    return max(1.0, float(np.sum(squares)) / left), 4.0 * left / (others + 3.0)
+    return max(1.0, float(np.sum(squares)) / left), int(4 * left / (others + 3))
 
 
 def _turned(told: Float, toward: Float) -> tuple[Float, Float]:
