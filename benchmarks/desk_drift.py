@@ -2,8 +2,8 @@
 
 The rig `sim-real` (five views of 640 x 400 px, misaligned, distorting lenses) looks at its desk.
 Its calibration is the truth, known as well as a board tells it (rows to some thousandths of a
-pixel). Then one view is turned by 0.02 degrees about x or z, or so far that its rows move by 0.05 px: the
-reference and a view above or below it as well, whose lines run down.
+pixel). Then one view is turned by 0.02 degrees about x or z, or so far that its rows move by
+0.05 px: of the reference and of a view above or below it as well, whose lines run down.
 
 Run: python -m benchmarks.desk_drift [--views right centre bottom] [--frames 1]
 """
