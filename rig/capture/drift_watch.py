@@ -11,18 +11,20 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 from types import TracebackType
 from typing import Self
 
-from rig.check.scene_drift import drift_details, drift_since, judge_scene_drift
+from rig.capture.drift_log import DriftLog
+from rig.check.scene_drift import Seen, drift_details, drift_since, judge_scene_drift
 from rig.database import Store
 from rig.errors import RigError
 from rig.frames import MultiView
 from rig.live.frame import DepthFrame
 from rig.profile import Profile
 from rig.progress import Tell
-from rig.records import StoredCalibration
+from rig.records import StoredCalibration, StoredDrift
 from rig.stored import LENSLETS, Run
 
 ALARM = 1e-6
@@ -40,18 +42,30 @@ class SceneLook:
     calibration: StoredCalibration
     store: Store
     unit: str = ""
+    log: DriftLog = field(default_factory=DriftLog)
 
-    def __call__(self, views: MultiView) -> str | None:
+    def __call__(self, seen: Seen) -> str | None:
         """Look at one; return what is wrong, None where nothing is but chance."""
-        full_scale = views.frames[0].full_scale
-        drift = drift_since(self.calibration, self.profile, [views.images], full_scale)
-        self.store.save_drift(
+        views = seen.views
+        drift = drift_since(self.calibration, self.profile, [seen])
+        details = drift_details(drift, self.profile)
+        number = self.store.save_drift(
             self.calibration.id,
             rig=self.profile.name,
-            details=drift_details(drift, self.profile),
+            details=details,
             temperature_degc=views.temperature_degc,
             unit=self.unit,
         )
+        look = StoredDrift(
+            number,
+            self.profile.name,
+            self.calibration.id,
+            datetime.now(UTC),
+            views.temperature_degc,
+            details,
+            self.unit,
+        )
+        self.log.add(look)
         if drift.probability >= ALARM:
             return None
         item = judge_scene_drift(
@@ -72,7 +86,7 @@ class DriftWatch:
 
     def __init__(
         self,
-        look: Callable[[MultiView], str | None] | None,
+        look: Callable[[Seen], str | None] | None,
         tell: Tell,
         *,
         now_s: Callable[[], float] = time.monotonic,
@@ -84,6 +98,7 @@ class DriftWatch:
         self._thread: threading.Thread | None = None
         self._has_complained = False
         self._alarm: str | None = None
+        self._earlier: MultiView | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -103,26 +118,27 @@ class DriftWatch:
         Returns:
             The frame; after an alarm with that among its warnings, so that pages and files have it.
         """
-        self._offer(frame.views)
+        self._offer(Seen(frame.views, self._earlier))
+        self._earlier = frame.views
         if self._alarm is None:
             return frame
         warnings = (*frame.slopes.warnings, self._alarm)
         return replace(frame, slopes=replace(frame.slopes, warnings=warnings))
 
-    def _offer(self, views: MultiView) -> None:
+    def _offer(self, seen: Seen) -> None:
         is_busy = self._thread is not None and self._thread.is_alive()
         if self._look is None or is_busy or self._now_s() < self._due_s:
             return
         self._due_s = self._now_s() + _EVERY_S
-        self._thread = threading.Thread(target=self._run, args=(views, self._look), name="drift")
+        self._thread = threading.Thread(target=self._run, args=(seen, self._look), name="drift")
         self._thread.start()
 
-    def _run(self, views: MultiView, look: Callable[[MultiView], str | None]) -> None:
+    def _run(self, seen: Seen, look: Callable[[Seen], str | None]) -> None:
         if sys.platform == "linux":
             with suppress(OSError):
                 os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICE)
         try:
-            self._alarm = look(views)
+            self._alarm = look(seen)
             if self._alarm is not None:
                 self._look = None
                 self._tell(self._alarm)
@@ -132,15 +148,17 @@ class DriftWatch:
                 self._tell(f"whether views have turned is not told: {error}")
 
 
-def look_of(run: Run, store: Store, unit: str) -> SceneLook | None:
+def look_of(run: Run, store: Store, unit: str, log: DriftLog) -> SceneLook | None:
     """Return how a run's calibration is looked after; None where it has none that is stored.
 
     Args:
         run: the rig, with its calibration.
         store: where looks are kept.
         unit: which of the rigs of this name.
+        log: begun with earlier looks where there is something to look after.
     """
     calibration = run.calibration
     if calibration is None or LENSLETS in calibration.geometry or run.profile.camera.is_scan:
         return None
-    return SceneLook(run.profile, calibration, store, unit)
+    log.begin(calibration, store, unit)
+    return SceneLook(run.profile, calibration, store, unit, log)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from rig.capture.asked_for import AskedFor
 from rig.capture.capture import CaptureRequest
+from rig.capture.drift_log import DriftLog
 from rig.capture.output import Output, WantedOutput
 from rig.live.camera import DepthCamera
 from rig.progress import Tell
@@ -18,6 +19,7 @@ def page_outputs(
     page: PageRequest,
     request: CaptureRequest,
     folder: Path,
+    log: DriftLog,
     tell: Tell,
     show: Callable[[str], object],
 ) -> tuple[WantedOutput, ...]:
@@ -27,6 +29,7 @@ def page_outputs(
         page: where it is served.
         request: of the capture: what it writes anyway is not written once more.
         folder: where frames and recordings go that are asked for.
+        log: the looks at the cameras that the page draws.
         tell: told what happens at the page, one line each.
         show: given the address once it is served, e.g. to open a browser.
 
@@ -52,6 +55,6 @@ def page_outputs(
         )
         actions: Actions[FrameMessage] = Actions(save, recording)
         server = serve_page(page, tell, show, actions)
-        return LiveView(camera.run, lambda: camera.dropped, server)
+        return LiveView(camera.run, lambda: camera.dropped, server, drift=lambda: log.series)
 
     return WantedOutput(keep, is_kept=True), WantedOutput(view, is_kept=False)

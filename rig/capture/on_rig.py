@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from rig.capture.capture import CaptureRequest, CaptureSummary, capture_depth
+from rig.capture.drift_log import DriftLog
 from rig.capture.drift_watch import DriftWatch, look_of
 from rig.capture.output import WantedOutput
 from rig.capture.scans import owned_scans, require_scan, scans_of
@@ -22,7 +23,7 @@ def capture_on_rig(
     request: CaptureRequest,
     progress: Progress,
     tell: Tell,
-    more: Callable[[CaptureRequest, Path], tuple[WantedOutput, ...]] = lambda *_: (),
+    more: Callable[[CaptureRequest, Path, DriftLog], tuple[WantedOutput, ...]] = lambda *_: (),
 ) -> CaptureSummary:
     """Look up what the rig uses, open its camera, and capture.
 
@@ -36,8 +37,8 @@ def capture_on_rig(
         progress: told of every measured multi-view.
         tell: see `capture_depth`; also told how far the curve can be trusted, before the first
             multi-view, and of a curve that took the place of the one in use.
-        more: returns further outputs, given the request with its folder, and the folder for what
-            they write: that of the request, or a new one.
+        more: returns further outputs, given the request with its folder, the folder for what they
+            write (that of the request, or a new one), and the series of looks at the cameras.
 
     Raises:
         ConfigError: the calibration does not fit the rig.
@@ -51,14 +52,15 @@ def capture_on_rig(
         run = open_run(store, profile, choice.calibration, choice.curve)
         if request.folder is None and request.ends:
             request = replace(request, folder=new_folder(store, "captures", profile.name))
+        log = DriftLog()
         kept = request.folder or new_folder(store, "captures", profile.name)
-        request = replace(request, outputs=(*request.outputs, *more(request, kept)))
+        request = replace(request, outputs=(*request.outputs, *more(request, kept, log)))
         scans = scans_of(store, run.profile, request)
         with owned_scans(store, profile.name, scans), depth_camera(run, scans) as camera:
             for notice in camera.run.notices:
                 tell(notice)
             unit = unit_of(run.profile, camera.identity)
-            with DriftWatch(look_of(camera.run, store, unit), tell) as watch:
+            with DriftWatch(look_of(camera.run, store, unit, log), tell) as watch:
                 summary = capture_depth(camera, request, progress, tell, watch.watched)
         newer = newer_curve(store, run, choice.curve)
         if newer is not None:

@@ -5,13 +5,16 @@ and depth hangs on that: its change is an interval.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from rig.arrays import Float
 from rig.check.items import Item, Status, graded
-from rig.epipolar.scene.drift import SceneDrift, look, scene_drift
-from rig.frames import GreyImage
+from rig.epipolar.scene.drift import SceneDrift, scene_drift
+from rig.epipolar.scene.look import look
+from rig.epipolar.scene.motion import Before, before
+from rig.frames import MultiView
 from rig.geometry.rig_geometry_json import geometry_from_json
 from rig.optics.prior import PRIOR_SIGMAS, UNKNOWN_SOURCE, prior_covariance
 from rig.profile import Profile
@@ -25,13 +28,30 @@ _VAGUE_PCT = 2.0
 """Half an interval of the depth error that says nothing."""
 
 
-def drift_since(
-    stored: StoredCalibration,
-    profile: Profile,
-    pictures: Sequence[Sequence[GreyImage]],
-    full_scale: int,
-) -> SceneDrift:
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """A multi-view of a scene, and the one before."""
+
+    views: MultiView
+    earlier: MultiView | None = None
+    """Taken shortly before; None where there is none, as of stored pictures."""
+
+    def before(self, reference: int) -> Before | None:
+        """Return what the reference showed before, where things that move would matter."""
+        if self.earlier is None:
+            return None
+        was, now = self.earlier.frames[reference], self.views.frames[reference]
+        passed_s = now.timestamp_s - was.timestamp_s
+        return before(was.image, passed_s, self.views.skew_s) if passed_s > 0.0 else None
+
+
+def drift_since(stored: StoredCalibration, profile: Profile, seen: Sequence[Seen]) -> SceneDrift:
     """Measure what a scene tells of a stored calibration.
+
+    Args:
+        stored: the calibration.
+        profile: the rig.
+        seen: some multi-views of one scene.
 
     Raises:
         CalibrationError: the views share too few features.
@@ -41,7 +61,13 @@ def drift_since(
     if covariance is None:
         known = PRIOR_SIGMAS.get(str(stored.quality.get("imported")), UNKNOWN_SOURCE)
         covariance = prior_covariance(geometry, profile.prior_sigma or known)
-    return scene_drift(geometry, covariance, look(geometry, pictures, full_scale))
+    features = look(
+        geometry,
+        [one.views.images for one in seen],
+        seen[0].views.frames[0].full_scale,
+        [one.before(geometry.reference) for one in seen],
+    )
+    return scene_drift(geometry, covariance, features)
 
 
 def drift_details(drift: SceneDrift, profile: Profile) -> dict[str, object]:
@@ -100,9 +126,12 @@ def judge_scene_drift(
 
 def _turns(drift: SceneDrift, profile: Profile) -> str:
     """Say of the view that has turned farthest, for its sigma, by how much."""
+    if drift.alone == profile.reference:
+        return f"{profile.views[profile.reference].name} has turned against all other views"
     told = drift.turned_deg[:, [0, 2]]
     sigma = np.where(drift.sigma_deg[:, [0, 2]] > 0.0, drift.sigma_deg[:, [0, 2]], np.inf)
-    view = int(np.argmax(np.square(told / sigma).sum(axis=1)))
+    farthest = int(np.argmax(np.square(told / sigma).sum(axis=1)))
+    view = farthest if drift.alone is None else drift.alone
     angle = float(np.linalg.norm(told[view]))
     along = told[view] / max(angle, 1e-12)
     error = float(np.linalg.norm(along * drift.sigma_deg[view, [0, 2]]))

@@ -3,11 +3,10 @@
 from collections.abc import Generator
 
 from rig.check.items import Item, failed
-from rig.check.scene_drift import drift_details, drift_since, judge_scene_drift
+from rig.check.scene_drift import Seen, drift_details, drift_since, judge_scene_drift
 from rig.database import Store, open_store
 from rig.devices import Camera, Clock
 from rig.errors import RigError
-from rig.frames import MultiView
 from rig.hardware.opening import open_camera
 from rig.profile import Profile
 from rig.records import StoredCalibration
@@ -46,10 +45,9 @@ def check_scene(profile: Profile, choice: RunChoice) -> Generator[Item]:
 def _look(
     profile: Profile, stored: StoredCalibration, store: Store, camera: Camera, clock: Clock
 ) -> Item:
-    multiviews = list(_looks(profile, camera, clock))
-    full_scale = multiviews[0].frames[0].full_scale
-    drift = drift_since(stored, profile, [one.images for one in multiviews], full_scale)
-    temperature_degc = multiviews[-1].temperature_degc
+    seen = list(_looks(profile, camera, clock))
+    drift = drift_since(stored, profile, seen)
+    temperature_degc = seen[-1].views.temperature_degc
     store.save_drift(
         stored.id,
         rig=profile.name,
@@ -60,9 +58,17 @@ def _look(
     return judge_scene_drift(drift, profile, stored, temperature_degc)
 
 
-def _looks(profile: Profile, camera: Camera, clock: Clock) -> Generator[MultiView]:
-    """Some multi-views of one scene; of a stored camera one, the next may show another."""
-    for number in range(1 if profile.camera.is_stored else _LOOKS):
+def _looks(profile: Profile, camera: Camera, clock: Clock) -> Generator[Seen]:
+    """Some multi-views of one scene, each with the one before it.
+
+    Of a stored camera one alone: the next may show another scene.
+    """
+    timeout_s = profile.camera.timeout_s
+    if profile.camera.is_stored:
+        yield Seen(camera.grab(timeout_s))
+        return
+    for number in range(_LOOKS):
         if number:
             clock.sleep_s(_EVERY_S)
-        yield camera.grab(profile.camera.timeout_s)
+        earlier = camera.grab(timeout_s)
+        yield Seen(camera.grab(timeout_s), earlier)

@@ -11,6 +11,7 @@ import typer
 if TYPE_CHECKING:
     from rig.calibrate.watch import Watch
     from rig.capture.capture import CaptureRequest
+    from rig.capture.drift_log import DriftLog
     from rig.capture.output import WantedOutput
     from rig.devices import Bystander
     from rig.progress import Tell
@@ -55,14 +56,14 @@ def page_request(host: str | None, port: int | None, *, is_wanted: bool) -> "Pag
 
 def capture_page(
     page: "PageRequest | None", tell: "Tell"
-) -> "Callable[[CaptureRequest, Path], tuple[WantedOutput, ...]]":
+) -> "Callable[[CaptureRequest, Path, DriftLog], tuple[WantedOutput, ...]]":
     """Return what makes the page of a capture, if any."""
     if page is None:
         return lambda *_: ()
     from rig.capture.on_page import page_outputs
     from rig.view.browser import open_browser
 
-    return lambda request, folder: page_outputs(page, request, folder, tell, open_browser)
+    return lambda request, folder, log: page_outputs(page, request, folder, log, tell, open_browser)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from rig.errors import FormatError
 
-Extra = Literal["views", "sigma", "label", "slope", "rectified", "colour"]
+Extra = Literal["views", "sigma", "label", "slope", "rectified", "colour", "drift"]
 """What a page may ask for beside the map itself: it costs only who looks at it."""
 Deed = Literal["save", "record", "stop", "put"]
 MOST_BYTES = 2048

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.drift_series import DriftSeries
 from rig.frames import MultiView
 from rig.live.frame import DepthFrame
 from rig.stored import Run
@@ -35,6 +36,8 @@ class FrameMessage:
     frame: DepthFrame
     pace: Pace
     run: Run
+    drift: DriftSeries | None = None
+    """What looks at the cameras have told since their calibration; None where nobody looks."""
 
     def encoded(self, number: int, wants: frozenset[str]) -> bytes:
         """Return header and arrays.
@@ -44,9 +47,13 @@ class FrameMessage:
         differ in size), `image` where the reference view at the pixels of the maps is another
         picture, `colour` (H, W, 3) where it has colour, `rectified` (V, H, W) where views are.
         Header `steps`: what the steps of each map
-        mean, see `Packed`.
+        mean, see `Packed`; `drift_looks`: how many looks there are, so that a page asks for their
+        series, `drift`, only when there are more (see `DriftSeries.to_json`).
         """
         header = {**_facts(self.frame, self.run), **_pace(self.frame, self.pace)}
+        header["drift_looks"] = None if self.drift is None else len(self.drift.looks)
+        if "drift" in wants and self.drift is not None:
+            header["drift"] = self.drift.to_json()
         arrays: Arrays = {}
         for part in (_maps(self.frame, wants), _pictures(self.frame, self.run, wants)):
             header.update(part[0])

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from rig.drift_series import DriftSeries
 from rig.live.frame import DepthFrame
 from rig.stored import Run
 from rig.view.frame_message import Drops, FrameMessage, Pace
@@ -23,6 +24,7 @@ class LiveView:
         dropped: of the capture.
         server: started; closed with this.
         clock_s: passes evenly.
+        drift: tells what looks at the cameras have told so far.
     """
 
     def __init__(
@@ -31,11 +33,14 @@ class LiveView:
         dropped: Drops,
         server: ViewServer[FrameMessage],
         clock_s: Callable[[], float] = time.monotonic,
+        *,
+        drift: Callable[[], DriftSeries | None] = lambda: None,
     ) -> None:
         self._run = run
         self._dropped = dropped
         self._server = server
         self._clock_s = clock_s
+        self._drift = drift
         self._came_s: deque[float] = deque(maxlen=_PACE_FRAMES)
         packed(np.zeros((1, 1), np.float32))  # its machine code is there before the first page is
 
@@ -48,7 +53,7 @@ class LiveView:
         """Make the frame the newest; who looks on gets it as soon as it has drawn the last one."""
         self._came_s.append(self._clock_s())
         pace = Pace(self._frames_per_s(), dict(self._dropped()))
-        self._server.publish(FrameMessage(frame, pace, self._run))
+        self._server.publish(FrameMessage(frame, pace, self._run, self._drift()))
 
     def close(self) -> None:
         """Tell the pages that the capture has ended."""

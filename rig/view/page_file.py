@@ -16,6 +16,7 @@ _SCRIPTS = (
     "epi.js",
     "profile.js",
     "cloud.js",
+    "drift.js",
     "sweep.js",
     "calibrate.js",
     "link.js",

@@ -9,35 +9,29 @@ neighbours err together, and the same feature errs alike in picture after pictur
 long looks at one scene do not make it surer than its features are.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.stats import f as fisher
 
-from rig.arrays import Float
+from rig.arrays import Float, Index
+from rig.epipolar.scene.chances import Evidence, chance, chances, hypotheses, least_chance
 from rig.epipolar.scene.features import SceneFeatures
-from rig.epipolar.scene.fine import FineMeter
-from rig.epipolar.scene.match import match_features
-from rig.epipolar.scene.numbers import numbers_of, pose_slice, with_numbers
-from rig.epipolar.scene.rays import Misfit, derivatives, misfit
-from rig.epipolar.scene.rows import grid_features
-from rig.epipolar.scene.solve import across_px, fit_scene
+from rig.epipolar.scene.look import TURN_DEG, axes_of, rows_moved_px, turning_prior
+from rig.epipolar.scene.numbers import numbers_of
+from rig.epipolar.scene.rays import derivatives
+from rig.epipolar.scene.solve import SceneFit, across_px, fit_scene
+from rig.epipolar.scene.verdict import FITTING
 from rig.errors import CalibrationError
 from rig.geometry.bundle.depth_error import depth_gradient
-from rig.geometry.bundle.geometry_of import rodrigues_by_shared
 from rig.geometry.rig_geometry import RigGeometry
 
-_TURN_DEG = 0.5
-"""How far a view may have turned, 1 sigma about each axis, before the scene is asked."""
 _CELLS = 6
 """Parts of the picture, each way, whose means tell the noise."""
-_LEAST_SPARE = 6
-_TOLD = 4.0
-"""A direction of turning is told by rows that know it so many times as well as `_TURN_DEG`."""
+_FEWEST_PARTS = 9
+"""Of a view, with features: three are used up by its turns."""
+_TOLD_RAD = float(np.radians(TURN_DEG)) / 4.0
+"""A direction of turning is told by rows that know it four times as well as `TURN_DEG`."""
 _RIDGE = 1e-9
-_FEWEST = 40
 _AT_MM = 1000.0
 _K = 2.0
 
@@ -54,35 +48,14 @@ class SceneDrift:
     """How far rows have moved, rms over picture and views."""
     probability: float
     """Of rows that lie so far off, or farther, while nothing has turned."""
+    alone: int | None
+    """The view whose turn alone explains them best; None where several turned, or one of a pair."""
     freedoms: int
     """Directions of turning that rows tell."""
     depth_pct: tuple[float, float]
     """How far depth at 1 m is off, k = 2, if views have turned towards each other no farther than
     about the other axes."""
     features: int
-
-
-def look(
-    geometry: RigGeometry, pictures: Sequence[Sequence[NDArray[np.generic]]], full_scale: int
-) -> SceneFeatures:
-    """Measure the features of one scene in some pictures of it.
-
-    Args:
-        geometry: the calibration.
-        pictures: raw multi-views, each per view (H, W) grey.
-        full_scale: largest grey value.
-
-    Raises:
-        CalibrationError: a view shares too few features with the reference.
-    """
-    known = replace(geometry, covariance=None)
-    coarse = match_features(pictures[0], geometry.reference, 0, full_scale)
-    _require(coarse, known)
-    fit = fit_scene(known, _turning(known), coarse)
-    meter = FineMeter.of(fit.geometry, coarse[fit.fits])
-    features = SceneFeatures.joined([meter.measure(images, 0) for images in pictures])
-    _require(features, known)
-    return features
 
 
 def scene_drift(geometry: RigGeometry, covariance: Float, features: SceneFeatures) -> SceneDrift:
@@ -92,18 +65,26 @@ def scene_drift(geometry: RigGeometry, covariance: Float, features: SceneFeature
         geometry: the calibration.
         covariance: (P, P) of its numbers.
         features: of one scene, from `look`.
+
+    Raises:
+        CalibrationError: too few of them fit, or they lie in too few parts of the picture.
     """
     known = replace(geometry, covariance=None)
-    prior = covariance + _turning(known)
+    prior = covariance + turning_prior(known)
     fit = fit_scene(known, prior + _RIDGE * np.diag(np.diag(prior)), features)
-    turning = _axes(known)
-    information, pull = _linear(fit.geometry, known, fit.at, features, fit.weight / fit.scatter**2)
-    noise, spare = _noise(fit.at, features, fit.weight, fit.scatter, turning.shape[1], known)
-    information, pull = information / noise, pull / noise
-    with_unknown = np.eye(len(information)) + information @ covariance
-    told = turning.T @ np.linalg.solve(with_unknown, information @ turning)
-    told, toward = (told + told.T) / 2.0, turning.T @ np.linalg.solve(with_unknown, pull)
-    probability, freedoms = _chance(told, toward, spare)
+    share = float(fit.fits.mean())
+    if share < FITTING:
+        raise CalibrationError(
+            f"drift from a scene asked for, {100 * share:.0f} % of {len(features)} features fit "
+            f"cameras that may have turned; {100 * FITTING:.0f} % are needed",
+            advice="look at something that stands still and does not repeat itself",
+        )
+    turning = axes_of(known)
+    evidence = _evidence(fit, known, features, turning.shape[1])
+    told, toward = evidence.against(covariance, turning, evidence.noise)
+    probability, alone = least_chance(
+        chances(evidence, covariance, hypotheses(known, turning), _TOLD_RAD)
+    )
     turned, sure = _turned(told, toward)
     views = len(known.names)
     angles, sigmas = np.zeros((views, 3)), np.zeros((views, 3))
@@ -113,75 +94,72 @@ def scene_drift(geometry: RigGeometry, covariance: Float, features: SceneFeature
     return SceneDrift(
         angles,
         sigmas,
-        _rows_px(known, turning @ turned, fit.at),
+        rows_moved_px(known, turning @ turned, fit.at),
         probability,
-        freedoms,
+        alone,
+        chance(told, toward, evidence.spare, _TOLD_RAD)[1],
         _depth_pct(known, turning, turned, sure),
         int(fit.fits.sum()),
     )
 
 
-def _axes(geometry: RigGeometry) -> Float:
-    """(P, 3 (V - 1)) how turns of the views about their own axes move the numbers."""
-    places = [
-        place
-        for view in range(len(geometry.names))
-        for place in range(*pose_slice(geometry, view).indices(geometry.parameter_count))[:3]
-    ]
-    return rodrigues_by_shared(geometry)[:, places]
+def _evidence(fit: SceneFit, known: RigGeometry, features: SceneFeatures, fitted: int) -> Evidence:
+    """Return what the features tell about the numbers of the calibration.
+
+    Raises:
+        CalibrationError: they lie in too few parts of the picture to tell their noise.
+    """
+    count = known.parameter_count
+    moves = derivatives(fit.geometry, features, fit.at).reshape(-1, count)
+    weights = np.repeat(fit.weight / fit.scatter**2, fit.at.residual[0].size)
+    weighed, residual = moves * weights[:, None], fit.at.residual.ravel()
+    away = numbers_of(fit.geometry) - numbers_of(known)
+    part = _parts(features, known)
+    _, own = np.unique(part, return_inverse=True)
+    left = (weighed * residual[:, None]).reshape(len(features), -1, count).sum(axis=1)
+    parts = np.zeros((int(own.max()) + 1, count))
+    np.add.at(parts, own, left)
+    noise, spare = _noise(fit, features, part, fitted, known)
+    return Evidence(weighed.T @ moves, weighed.T @ (residual + moves @ away), parts, noise, spare)
 
 
-def _turning(geometry: RigGeometry) -> Float:
-    axes = _axes(geometry)
-    return np.radians(_TURN_DEG) ** 2 * axes @ axes.T
-
-
-def _linear(
-    at_fit: RigGeometry, known: RigGeometry, at: Misfit, features: SceneFeatures, weight: Float
-) -> tuple[Float, Float]:
-    """Information (P, P) and pull (P,) about the numbers of the calibration."""
-    moves = derivatives(at_fit, features, at).reshape(-1, known.parameter_count)
-    away = numbers_of(at_fit) - numbers_of(known)
-    residual = at.residual.ravel() + moves @ away
-    weights = np.repeat(weight, at.residual[0].size)
-    weighed = moves * weights[:, None]
-    return weighed.T @ moves, weighed.T @ residual
-
-
-def _noise(
-    at: Misfit,
-    features: SceneFeatures,
-    weight: Float,
-    scatter: float,
-    fitted: int,
-    geometry: RigGeometry,
-) -> tuple[float, int]:
-    """How much more parts of the picture differ than independent features would; and freedoms."""
+def _parts(features: SceneFeatures, geometry: RigGeometry) -> Index:
+    """(N,) which part of the reference's picture each feature lies in."""
     camera = geometry.cameras[geometry.reference]
     size = np.array([camera.width_px, camera.height_px])
     cell = np.clip((features.reference_px * _CELLS / size).astype(int), 0, _CELLS - 1)
-    key = cell[:, 1] * _CELLS + cell[:, 0]
-    across = across_px(at, features) / features.sigma_px / scatter
+    return np.asarray(cell[:, 1] * _CELLS + cell[:, 0], np.intp)
+
+
+def _noise(
+    fit: SceneFit, features: SceneFeatures, part: Index, fitted: int, geometry: RigGeometry
+) -> tuple[float, int]:
+    """How much more parts of the picture differ than independent features would; and freedoms.
+
+    Views share the reference's errors, half of all that parts differ by: of n of them over v
+    views 4 n / (v + 3) are free (F. E. Satterthwaite, Biometrics Bulletin 2, 1946).
+
+    Raises:
+        CalibrationError: a view shares features in too few parts.
+    """
+    across = across_px(fit.at, features) / features.sigma_px / fit.scatter
     squares: list[float] = []
-    for view in range(len(geometry.cameras)):
-        own = np.isfinite(across[:, view]) & (weight > 0.0)
-        for one in np.unique(key[own]):
-            part = own & (key == one)
-            power = float(weight[part].sum())
-            squares.append(float(weight[part] @ across[part, view]) ** 2 / power)
-    spare = max(len(squares) - fitted, _LEAST_SPARE)
-    return max(1.0, float(np.sum(squares)) / spare), spare
-
-
-def _chance(told: Float, toward: Float, spare: int) -> tuple[float, int]:
-    """Probability of such a pull by chance, over the directions that rows tell; and how many."""
-    sizes, axes = np.linalg.eigh(told)
-    clear = sizes > (_TOLD / np.radians(_TURN_DEG)) ** 2
-    freedoms = int(clear.sum())
-    if not freedoms:
-        return 1.0, 0
-    squares = float(np.sum((axes[:, clear].T @ toward) ** 2 / sizes[clear]))
-    return float(fisher.sf(squares / freedoms, freedoms, spare)), freedoms
+    for view, name in enumerate(geometry.names):
+        own = np.isfinite(across[:, view]) & (fit.weight > 0.0)
+        found = np.unique(part[own])
+        if view != geometry.reference and len(found) < _FEWEST_PARTS:
+            raise CalibrationError(
+                f"drift from a scene asked for, {name} shares features with "
+                f"{geometry.names[geometry.reference]} in {len(found)} of the {_CELLS**2} parts of "
+                f"the picture; {_FEWEST_PARTS} are needed to tell drift from noise",
+                advice="look at something with texture all over the picture, sharp and lit",
+            )
+        for one in found:
+            inside = own & (part == one)
+            power = float(fit.weight[inside].sum())
+            squares.append(float(fit.weight[inside] @ across[inside, view]) ** 2 / power)
+    left, others = len(squares) - fitted, len(geometry.names) - 1
+    return max(1.0, float(np.sum(squares)) / left), int(4 * left / (others + 3))
 
 
 def _turned(told: Float, toward: Float) -> tuple[Float, Float]:
@@ -189,22 +167,13 @@ def _turned(told: Float, toward: Float) -> tuple[Float, Float]:
 
     Rows hardly tell a turn about y: it is taken to be no larger than those about x and z.
     """
-    loose = np.full(len(toward), np.radians(_TURN_DEG))
+    loose = np.full(len(toward), np.radians(TURN_DEG))
     first = np.linalg.inv(told + np.diag(loose**-2.0))
     size = np.abs(first @ toward) + np.sqrt(np.diag(first))
     beside = np.maximum(size[0::3], size[2::3])
     loose[1::3] = np.minimum(loose[1::3], beside)
     covariance = np.asarray(np.linalg.inv(told + np.diag(loose**-2.0)), np.float64)
     return covariance @ toward, covariance
-
-
-def _rows_px(geometry: RigGeometry, numbers: Float, at: Misfit) -> float:
-    """How far rows move, px rms, at the distances of the scene, by a change of the numbers."""
-    inverse = np.percentile(at.inverse_per_mm, [10.0, 50.0, 90.0])
-    turned = with_numbers(geometry, numbers_of(geometry) + numbers)
-    grid = grid_features(turned, np.maximum(inverse, 1e-6))
-    across = across_px(misfit(geometry, grid), grid)
-    return float(np.sqrt(np.nanmean(across**2)))
 
 
 def _depth_pct(
@@ -217,15 +186,3 @@ def _depth_pct(
     by_turns = -depth_gradient(geometry, _AT_MM, middle)[0] @ turning * (100.0 / _AT_MM)
     off, sigma = float(by_turns @ turned), float(np.sqrt(by_turns @ sure @ by_turns))
     return off - _K * sigma, off + _K * sigma
-
-
-def _require(features: SceneFeatures, geometry: RigGeometry) -> None:
-    for view, (name, count) in enumerate(
-        zip(geometry.names, features.seen.sum(axis=0).tolist(), strict=True)
-    ):
-        if view != geometry.reference and count < _FEWEST:
-            raise CalibrationError(
-                f"drift from a scene asked for, {name} shares {count} features with "
-                f"{geometry.names[geometry.reference]}; {_FEWEST} are needed",
-                advice="look at something with texture, sharp and lit",
-            )

@@ -14,7 +14,7 @@ _CELLS, _IN_CELL, _MOST_EMPTY = 4, 2, 0.5
 _LEAST_SPAN = 0.01
 """Least spread of shifts along the lines, over the picture's width: turns and directions of
 baselines look alike at one distance."""
-_FITTING = 0.6
+FITTING = 0.6
 """Least share of features that fit: with fewer, what fits may be chance."""
 MOST_ROWS_PX = 0.3
 """Rows that may be off by more (1 sigma, at the distances of the scene) are weak."""
@@ -37,11 +37,11 @@ def judge_scene(found: FoundGeometry, source: str) -> Verdict:
         if view != geometry.reference:
             reasons += _of_view(found, view, name, fits & found.features.seen[:, view])
     share = float(fits.mean())
-    if share < _FITTING:
+    if share < FITTING:
         reasons.append(
             Reason(
                 "matches",
-                f"only {100 * share:.0f} % of the features fit ({100 * _FITTING:.0f} % wanted): "
+                f"only {100 * share:.0f} % of the features fit ({100 * FITTING:.0f} % wanted): "
                 "did something move between the views, or does the scene repeat itself?",
             )
         )

@@ -14,6 +14,7 @@ const map = new Plate($("map"));
 const views = new Views($("views"));
 const epis = [new Epi($("epi-h"), $("epi-h-text"), "row"), new Epi($("epi-v"), $("epi-v-text"), "column")];
 const thin = Math.max(1, Math.round(Math.sqrt(256000 / (Number(query.get("points")) || 256000))));
+const drift = new Drift();
 const cloud = new Cloud($("cloud"), thin);
 cloud.changed = () => schedule();
 const others = { sweep: new Sweep(), calibrate: new Calibrate() };
@@ -76,6 +77,8 @@ function draw() {
   if (isSeen("p-views")) views.draw(shown);
   drawMarks();
   drawVitals(shown);
+  drift.draw(shown.header);
+  want();
 }
 
 const isSeen = (id) => $(id).getBoundingClientRect().top < window.innerHeight;
@@ -318,10 +321,11 @@ function show(name) {
   schedule();
 }
 
-// Colour is three times the bytes of a grey picture: it comes while it is looked at.
+// Colour is three times the bytes of a grey picture: it comes while it is looked at. Looks at the cameras are few: they come when there are more.
 function want() {
   const wants = ["views", "sigma", "label", "slope", "rectified"];
   if (app.shows === "picture" || app.shows === "cloud") wants.push("colour");
+  if (app.shown && drift.isBehind(app.shown.header)) wants.push("drift");
   if (String(wants) !== String(app.link.wants)) app.link.want(wants);
 }
 
@@ -438,6 +442,11 @@ for (const tool of $("tools").children) tool.addEventListener("click", () => tak
 for (const [id, act] of Object.entries({ freeze, save: () => press("save"), record: () => press("record"), help: () => $("keys").showModal(), legend: hold, zebra: toggleZebra, best: forget })) {
   $(id).addEventListener("click", act);
 }
+$("drift-by").addEventListener("click", () => {
+  drift.isByWarmth = !drift.isByWarmth;
+  $("drift-by").setAttribute("aria-pressed", String(drift.isByWarmth));
+  schedule();
+});
 $("truth").addEventListener("input", drawMarks);
 window.addEventListener("resize", () => schedule());
 isDark.addEventListener("change", () => { $("legend").dataset.key = ""; schedule(); });

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rig.capture.drift_log import DriftLog
 from rig.capture.drift_watch import ALARM, DriftWatch, SceneLook, look_of
+from rig.check.scene_drift import Seen
 from rig.database import open_store
 from rig.errors import CalibrationError
 from rig.frames import Frame, MultiView
@@ -26,7 +28,7 @@ PAIR = load_profile("checkerboard-stereo")
 class Watched:
     """A watch, the time that it is told, and what it looked at."""
 
-    def __init__(self, look: Callable[[MultiView], str | None]) -> None:
+    def __init__(self, look: Callable[[Seen], str | None]) -> None:
         self.now_s = 100.0
         self.said: list[str] = []
         self.watch = DriftWatch(look, self.said.append, now_s=lambda: self.now_s)
@@ -49,7 +51,7 @@ def test_the_first_look_is_after_ten_seconds_the_next_after_thirty_more():
 def test_one_look_at_a_time():
     go, looks = threading.Event(), []
 
-    def look(_: MultiView) -> None:
+    def look(_: Seen) -> None:
         looks.append(go.wait(10.0))
 
     watched = Watched(look)
@@ -62,17 +64,18 @@ def test_one_look_at_a_time():
 
 
 def test_after_an_alarm_frames_are_warned_of_and_it_looks_no_more():
-    looks: list[MultiView] = []
+    looks: list[Seen] = []
 
-    def look(views: MultiView) -> str:
-        looks.append(views)
+    def look(seen: Seen) -> str:
+        looks.append(seen)
         return "right has turned"
 
     watched, warned = Watched(look), list[tuple[str, ...]]()
     for at_s in (109.0, 110.0, 150.0, 190.0):
         with watched.watch:
             warned.append(watched.offer(at_s)[len(one_frame().slopes.warnings) :])
-    assert looks == [one_frame().views]
+    assert [seen.views for seen in looks] == [one_frame().views]
+    assert [seen.earlier for seen in looks] == [one_frame().views]
     assert watched.said == ["right has turned"]
     assert warned[0] == ()
     assert warned[2:] == [("right has turned",)] * 2
@@ -81,7 +84,7 @@ def test_after_an_alarm_frames_are_warned_of_and_it_looks_no_more():
 def test_a_look_that_is_not_possible_is_told_once_and_it_goes_on():
     looks: list[int] = []
 
-    def look(_: MultiView) -> str:
+    def look(_: Seen) -> str:
         looks.append(1)
         raise CalibrationError("right shares 3 features", advice="show texture")
 
@@ -97,12 +100,15 @@ def test_a_look_that_is_not_possible_is_told_once_and_it_goes_on():
 
 def test_without_a_calibration_nothing_is_looked_at(tmp_path: Path):
     with open_store(sqlite_url(tmp_path)) as store:
-        assert look_of(Run(PAIR, nominal_optics(PAIR)), store, "") is None
-        stored = store.calibration(new_calibration(store))
+        assert look_of(Run(PAIR, nominal_optics(PAIR)), store, "", DriftLog()) is None
+        geometry = geometry_of([true_camera(v.name, (0.0, 0.0, 0.0)) for v in PAIR.views])
+        stored = replace(
+            store.calibration(new_calibration(store)), geometry=geometry_to_json(geometry)
+        )
         run = Run(PAIR, nominal_optics(PAIR), calibration=stored)
-        assert isinstance(look_of(run, store, "7"), SceneLook)
+        assert isinstance(look_of(run, store, "7", DriftLog()), SceneLook)
         lenslets = replace(stored, geometry={"lenslets": {}})
-        assert look_of(replace(run, calibration=lenslets), store, "") is None
+        assert look_of(replace(run, calibration=lenslets), store, "", DriftLog()) is None
 
 
 @pytest.mark.slow
@@ -120,14 +126,16 @@ def test_a_view_that_turned_is_told_and_every_look_is_kept(tmp_path: Path):
         look = SceneLook(PAIR, stored, store, "7")
         said = [
             look(
-                MultiView(
-                    tuple(
-                        Frame(name, image, 1.0, 1)
-                        for name, image in zip(
-                            names, photographs(cameras, cards(4), 5), strict=True
-                        )
-                    ),
-                    33.5,
+                Seen(
+                    MultiView(
+                        tuple(
+                            Frame(name, image, 1.0, 1)
+                            for name, image in zip(
+                                names, photographs(cameras, cards(4), 5), strict=True
+                            )
+                        ),
+                        33.5,
+                    )
                 )
             )
             for cameras in (straight, turned)

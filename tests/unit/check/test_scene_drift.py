@@ -23,7 +23,7 @@ def drift(**changed: object) -> SceneDrift:
     turned, sigma = np.zeros((2, 3)), np.zeros((2, 3))
     turned[1 - PAIR.reference] = 0.012, 0.003, -0.016
     sigma[1 - PAIR.reference] = 0.005, 0.02, 0.0025
-    whole = SceneDrift(turned, sigma, 0.12, 1e-7, 3, (-0.1, 0.9), 480)
+    whole = SceneDrift(turned, sigma, 0.12, 1e-7, None, 3, (-0.1, 0.9), 480)
     return replace(whole, **changed)  # pyright: ignore[reportArgumentType]
 
 
@@ -72,3 +72,8 @@ def test_what_is_kept_is_plain():
         "depth_pct": [-0.1, 0.9],
         "features": 480,
     }
+
+
+def test_a_reference_that_turned_is_named():
+    found = judge_scene_drift(drift(alone=PAIR.reference), PAIR, CALIBRATION, None).found
+    assert found.startswith(f"{PAIR.views[PAIR.reference].name} has turned against all other views")

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from rig.arrays import Float
-from rig.epipolar.scene.drift import SceneDrift, look, scene_drift
+from rig.epipolar.scene.chances import least_chance
+from rig.epipolar.scene.drift import SceneDrift, scene_drift
+from rig.epipolar.scene.look import look
 from rig.epipolar.scene.numbers import numbers_of, with_numbers
 from rig.errors import CalibrationError
 from rig.geometry.pose import Pose
@@ -101,6 +103,32 @@ def test_false_alarms_are_as_rare_as_told():
         probabilities.append(drift_of(true, 100 + seed, 200).probability)
     assert min(probabilities) > 1e-3
     assert 0.3 < np.mean(probabilities) < 0.75
+
+
+TRIPLE = row_of((0.3, -0.2, 0.4), (-0.1, 0.25, -0.3))
+SURE_OF_THREE = np.diag(
+    np.array([*3 * [0.05, 0.05, 2e-3, 2e-3], *2 * [*3 * [np.radians(3e-4)], *3 * [0.003]]]) ** 2
+)
+
+
+@pytest.mark.parametrize("view", [0, 1, 2])
+def test_the_view_that_turned_is_named_even_the_reference(view: int):
+    turn = Pose.from_vectors(np.radians([0.02, 0.0, 0.0]), np.zeros(3)).rotation
+    places = list(TRIPLE.cam_from_reference)
+    for other, place in enumerate(places):
+        if view == other != 0:
+            places[other] = Pose(turn @ place.rotation, place.translation_mm)
+        elif view == 0 != other:
+            places[other] = Pose(place.rotation @ turn, place.translation_mm)
+    true = replace(TRIPLE, cam_from_reference=tuple(places))
+    drift = scene_drift(TRIPLE, SURE_OF_THREE, features_of(true, 6, 500, noise_px=0.15))
+    assert drift.probability < 1e-6
+    assert drift.alone == view
+
+
+def test_the_least_of_some_chances_pays_for_their_number():
+    assert least_chance({None: 0.1, 0: 0.3, 1: 0.02}) == (pytest.approx(0.06), 1)
+    assert least_chance({None: 0.7, 2: 0.9}) == (1.0, None)
 
 
 def test_a_scene_without_texture_is_told():

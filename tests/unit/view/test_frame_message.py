@@ -1,12 +1,14 @@
 """A frame as a page gets it: what the page shows is what the frame holds."""
 
 from dataclasses import replace
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from rig.drift_series import DriftSeries
 from rig.epipolar import Label
 from rig.frames import Frame, MultiView
 from rig.live.frame import DepthFrame
@@ -152,3 +154,16 @@ def test_sixteen_bits_are_shown_by_their_highest_eight():
     assert [one["bits"] for one in header["views"]] == [10] * 5
     assert header["views"][0]["exposure_ms"] is None
     assert header["temperature_degc"] is None
+
+
+def test_looks_at_the_cameras_are_counted_and_come_when_asked_for():
+    series = DriftSeries(3, datetime(2026, 11, 2, tzinfo=UTC), None, {}, ())
+    told = FrameMessage(SCENE.frame(3), PACE, SCENE.run, series)
+    counted, _ = decode(told.encoded(7, ALL))
+    asked, _ = decode(told.encoded(7, ALL | {"drift"}))
+    assert counted["drift_looks"] == 0
+    assert "drift" not in counted
+    assert asked["drift"] == series.to_json()
+    nobody, _ = message(SCENE.frame(3), ALL | {"drift"})
+    assert nobody["drift_looks"] is None
+    assert "drift" not in nobody
