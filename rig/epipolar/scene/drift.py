@@ -83,7 +83,7 @@ def scene_drift(geometry: RigGeometry, covariance: Float, features: SceneFeature
     evidence = _evidence(fit, known, features, turning.shape[1])
     told, toward = evidence.against(covariance, turning, evidence.noise)
     probability, alone = least_chance(
-        chances(evidence, covariance, hypotheses(known, turning), _TOLD_RAD)
+        chances(evidence, covariance, hypotheses(known, turning), _TOLD_RAD, known.reference)
     )
     turned, sure = _turned(told, toward)
     views = len(known.names)
