@@ -117,10 +117,20 @@ def chances(
     return found
 
 
-def least_chance(found: Mapping[int | None, float]) -> tuple[float, int | None]:
-    """Return the probability of the least of some chances, and whose it is."""
-    whose = min(found, key=lambda one: found[one])
-    return min(1.0, len(found) * found[whose]), whose
+def least_chance(found: Mapping[int | None, float]) -> float:
+    """Return the probability of the least of some chances."""
+    return min(1.0, len(found) * min(found.values()))
+
+
+def likeliest(
+    evidence: Evidence, unknown: Float, turnings: Mapping[int | None, Float]
+) -> int | None:
+    """Return the hypothesis that explains most, whatever its chance; see `chances`."""
+    explained: dict[int | None, float] = {}
+    for whose, turning in turnings.items():
+        told, toward = evidence.against(unknown, turning, evidence.noise)
+        explained[whose] = float(toward @ np.linalg.pinv(told, hermitian=True) @ toward)
+    return max(explained, key=lambda one: explained[one])
 
 
 def chance(told: Float, toward: Float, spare: int, told_rad: float) -> tuple[float, int]:
