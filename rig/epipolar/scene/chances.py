@@ -85,28 +85,52 @@ def hypotheses(geometry: RigGeometry, turning: Float) -> dict[int | None, Float]
 
 
 def chances(
-    evidence: Evidence, unknown: Float, turnings: Mapping[int | None, Float], told_rad: float
+    evidence: Evidence,
+    unknown: Float,
+    turnings: Mapping[int | None, Float],
+    told_rad: float,
+    reference: int,
 ) -> dict[int | None, float]:
     """Return the probability of such rows by chance against each hypothesis.
+
+    The reference's own errors are in all views, so parts of the picture pull more towards its turn
+    than towards those of single views. So many times larger is the noise of its hypothesis; and it
+    has the freedoms of one picture.
 
     Args:
         evidence: of one scene.
         unknown: (P, P) covariance of the calibration.
         turnings: by hypothesis.
         told_rad: 1 sigma from which a turn is not told.
+        reference: its view.
     """
+    own = {whose: evidence.noise_of(turning, told_rad) for whose, turning in turnings.items()}
+    single = float(np.mean([noise for whose, noise in own.items() if whose != reference]))
     found: dict[int | None, float] = {}
     for whose, turning in turnings.items():
-        noise = max(evidence.noise, evidence.noise_of(turning, told_rad))
+        noise, spare = max(evidence.noise, own[whose]), evidence.spare
+        if whose == reference:
+            noise = evidence.noise * max(1.0, own[whose] / single)
+            spare = min(spare, max(len(evidence.parts) - turning.shape[1], 1))
         told, toward = evidence.against(unknown, turning, noise)
-        found[whose] = chance(told, toward, evidence.spare, told_rad)[0]
+        found[whose] = chance(told, toward, spare, told_rad)[0]
     return found
 
 
-def least_chance(found: Mapping[int | None, float]) -> tuple[float, int | None]:
-    """Return the probability of the least of some chances, and whose it is."""
-    whose = min(found, key=lambda one: found[one])
-    return min(1.0, len(found) * found[whose]), whose
+def least_chance(found: Mapping[int | None, float]) -> float:
+    """Return the probability of the least of some chances."""
+    return min(1.0, len(found) * min(found.values()))
+
+
+def likeliest(
+    evidence: Evidence, unknown: Float, turnings: Mapping[int | None, Float]
+) -> int | None:
+    """Return the hypothesis that explains most, whatever its chance; see `chances`."""
+    explained: dict[int | None, float] = {}
+    for whose, turning in turnings.items():
+        told, toward = evidence.against(unknown, turning, evidence.noise)
+        explained[whose] = float(toward @ np.linalg.pinv(told, hermitian=True) @ toward)
+    return max(explained, key=lambda one: explained[one])
 
 
 def chance(told: Float, toward: Float, spare: int, told_rad: float) -> tuple[float, int]:

@@ -14,7 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rig.arrays import Float, Index
-from rig.epipolar.scene.chances import Evidence, chance, chances, hypotheses, least_chance
+from rig.epipolar.scene.chances import (
+    Evidence,
+    chance,
+    chances,
+    hypotheses,
+    least_chance,
+    likeliest,
+)
 from rig.epipolar.scene.features import SceneFeatures
 from rig.epipolar.scene.look import TURN_DEG, axes_of, rows_moved_px, turning_prior
 from rig.epipolar.scene.numbers import numbers_of
@@ -82,9 +89,9 @@ def scene_drift(geometry: RigGeometry, covariance: Float, features: SceneFeature
     turning = axes_of(known)
     evidence = _evidence(fit, known, features, turning.shape[1])
     told, toward = evidence.against(covariance, turning, evidence.noise)
-    probability, alone = least_chance(
-        chances(evidence, covariance, hypotheses(known, turning), _TOLD_RAD)
-    )
+    turnings = hypotheses(known, turning)
+    probability = least_chance(chances(evidence, covariance, turnings, _TOLD_RAD, known.reference))
+    alone = likeliest(evidence, covariance, turnings)
     turned, sure = _turned(told, toward)
     views = len(known.names)
     angles, sigmas = np.zeros((views, 3)), np.zeros((views, 3))
