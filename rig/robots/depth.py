@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.compute.kernel import kernel
 from rig.frames import ColourImage
 from rig.geometry.pinhole import Pinhole
 from rig.recording import DepthImages
@@ -75,6 +76,15 @@ def whole_mm(depth_m: NDArray[np.float32]) -> NDArray[np.uint16]:
 
     Programs that read such pictures know no other mark; the depth in m beside it has all.
     """
-    rounded = np.rint(depth_m * np.float32(1000.0))
-    held = (rounded >= 1.0) & (rounded <= MOST_MM)  # False for NaN
-    return np.where(held, rounded, np.float32(0.0)).astype(np.uint16)
+    whole = np.empty(depth_m.shape, np.uint16)
+    _round(np.ascontiguousarray(depth_m).reshape(-1), whole.reshape(-1))
+    return whole
+
+
+@kernel()
+def _round(depth_m: NDArray[np.float32], whole: NDArray[np.uint16]) -> None:
+    """Fill in whole mm, in one pass: five of numpy's cost a tenth of a recorded frame."""
+    for i in range(len(whole)):
+        rounded = np.rint(depth_m[i] * np.float32(1000))
+        held = (rounded >= np.float32(1)) & (rounded <= np.float32(MOST_MM))  # False for NaN
+        whole[i] = np.uint16(np.int32(rounded if held else np.float32(0)))

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.compute.bands import run_in_bands
+from rig.compute.kernel import kernel
 from rig.epipolar.views import SlopePrior
 from rig.errors import SlopeError
 
@@ -115,20 +116,57 @@ def window_of(
             "the prior has a negative sigma", advice="give standard deviations of 0 or more"
         )
     window = Window(*(np.empty(shape, np.float32) for _ in range(3)))
-    run_in_bands(lambda a, b: _open(window, slice(a, b), prior, low_px, high_px), shape[0])
+    steady = prior.steady
+    last_px = prior.slope_px if steady is None else steady.slope_px
+    has_last = steady is not None and last_px.shape == shape
+    slope_px, sigma_px, last_px = (
+        np.ascontiguousarray(m, np.float32)
+        for m in (prior.slope_px, prior.sigma_px, last_px if has_last else prior.slope_px)
+    )
+    most_px = np.float32(0.5 * (high_px - low_px))
+    ends_px = np.float32(low_px), np.float32(high_px), np.float32(0.5 * (low_px + high_px))
+
+    def work(start: int, stop: int) -> None:
+        _open(
+            slope_px, sigma_px, last_px, has_last, most_px, *ends_px, start, stop, window.low_px,
+            window.high_px, window.expected_px,
+        )  # fmt: skip
+
+    run_in_bands(work, shape[0])
     return window
 
 
-def _open(window: Window, rows: slice, prior: SlopePrior, low_px: float, high_px: float) -> None:
-    """Fill some rows of a window around a hypothesis."""
-    slope, half = prior.slope_px[rows], np.float32(2) * prior.sigma_px[rows]
-    low, high, expected = window.low_px[rows], window.high_px[rows], window.expected_px[rows]
-    there = np.isfinite(slope)
-    wide = ~(there & (half < 0.5 * (high_px - low_px)))
-    np.subtract(slope, half, out=low)
-    np.add(slope, half, out=high)
-    low[wide], high[wide] = low_px, high_px
-    np.minimum(np.maximum(slope, low), high, out=expected)
-    expected[~there] = 0.5 * (low_px + high_px)
-    if prior.steady is not None and prior.steady.slope_px.shape == prior.slope_px.shape:
-        np.copyto(expected, prior.steady.slope_px[rows], where=~there)
+@kernel()
+def _open(
+    slope: NDArray[np.float32],
+    sigma: NDArray[np.float32],
+    last: NDArray[np.float32],
+    has_last: bool,
+    most: np.float32,
+    lowest: np.float32,
+    highest: np.float32,
+    middle: np.float32,
+    start: int,
+    stop: int,
+    low: NDArray[np.float32],
+    high: NDArray[np.float32],
+    expected: NDArray[np.float32],
+) -> None:
+    """Fill in some rows of a window around a hypothesis of less than `most` px to either side.
+
+    Where there is none, the last slope (if the frame before has one) or the middle is expected.
+    """
+    infinite = np.float32(np.inf)
+    for v in range(start, stop):
+        values, sigmas, before = slope[v], sigma[v], last[v]
+        down, up, out = low[v], high[v], expected[v]
+        for u in range(len(out)):
+            half = np.float32(2) * sigmas[u]
+            is_there = abs(values[u]) < infinite
+            is_close = is_there & (half < most)
+            bottom = values[u] - half if is_close else lowest
+            top = values[u] + half if is_close else highest
+            raised = max(values[u], bottom)
+            kept = min(raised, top)
+            down[u], up[u] = bottom, top
+            out[u] = kept if is_there else before[u] if has_last else middle

@@ -81,6 +81,22 @@ def test_a_hypothesis_opens_two_sigmas_unless_it_says_nothing():
     assert (whole.expected_px == -1).all()
 
 
+def test_a_hypothesis_without_numbers_leaves_the_whole_range():
+    slope = np.array([[np.inf, -np.inf, np.nan, 1.0, 1.0]], np.float32)
+    sigma = np.array([[0.5, 0.5, np.nan, np.nan, np.inf]], np.float32)
+    window = window_of((1, 5), (-6.0, 4.0), SlopePrior(slope, sigma))
+    assert (window.low_px == -6).all()
+    assert (window.high_px == 4).all()
+    assert window.expected_px.tolist() == [[-1, -1, -1, 1, 1]]
+
+
+def test_a_hypothesis_may_be_a_part_of_a_larger_map():
+    slope = np.arange(24, dtype=np.float32).reshape(4, 6)[1:3, 1::2]
+    window = window_of((2, 3), (-60.0, 60.0), SlopePrior(slope, np.full_like(slope, 0.5)))
+    assert window.low_px.tolist() == (slope - 1).tolist()
+    assert window.high_px.tolist() == (slope + 1).tolist()
+
+
 @pytest.mark.parametrize("range_px", [(1.0, 1.0), (2.0, 1.0), (np.nan, 1.0), (0.0, np.inf)])
 def test_an_empty_range_is_told(range_px: tuple[float, float]):
     with pytest.raises(SlopeError, match="asked to search slopes from"):

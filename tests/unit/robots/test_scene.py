@@ -176,3 +176,8 @@ def test_names_of_views_become_names_of_topics():
     twice = profile().model_copy(update={"views": views})
     with pytest.raises(ConfigError, match="a-b, a_b have the same name in topics"):
         scene_of(Run(twice, nominal_optics(twice)), (100, 160), None)
+
+
+def test_whole_mm_takes_parts_of_a_map_as_they_lie_in_memory():
+    depth_m = np.linspace(0.0, 70.0, 12, dtype=np.float32).reshape(3, 4)
+    assert whole_mm(depth_m[:, ::2]).tolist() == whole_mm(depth_m)[:, ::2].tolist()
