@@ -2,7 +2,10 @@
 
 import signal
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.support.command import Command
@@ -24,6 +27,19 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             folder = item.path.parent
             shared = folder if (folder / "conftest.py").is_file() else item.path
             item.add_marker(pytest.mark.xdist_group(str(shared)))
+
+
+_FIRST_STATES: dict[str, Any] = {}
+
+
+@pytest.fixture(autouse=True)
+def numbers_that_begin_anew(request: pytest.FixtureRequest) -> None:
+    """The random numbers `RNG` of a file begin anew with each test, whichever ran before it."""
+    module: ModuleType = request.module
+    numbers = getattr(module, "RNG", None)
+    if isinstance(numbers, np.random.Generator):
+        bits = numbers.bit_generator
+        bits.state = _FIRST_STATES.setdefault(module.__name__, bits.state)
 
 
 @pytest.fixture

@@ -114,7 +114,7 @@ def test_one_view_makes_no_epi() -> None:
 def test_the_board_reaches_a_third_of_a_square_beyond_its_outline() -> None:
     profile = bench_profile()
     picture = picture_of(SCENE.with_changes(distance_mm=600.0), profile)
-    height, width = picture.images.shape[1:]
+    height, width = picture.images[0].shape
     inside, slope_px = epi_module._board(picture, (height, width))
     u, v = (round(x) for x in picture.centre_px)
     left_px, right_px = np.flatnonzero(inside[v])[[0, -1]]

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rig_drivers.v4l2.pixels import DECODERS, PixelError, to_grey
 
-RANDOM = np.random.default_rng(3)
-EIGHT = RANDOM.integers(0, 256, (6, 10), np.uint8)
+RNG = np.random.default_rng(3)
+EIGHT = RNG.integers(0, 256, (6, 10), np.uint8)
 
 
 def with_padding(lines: np.ndarray, padding: int) -> np.ndarray:
@@ -27,7 +27,7 @@ def test_grey(padding: int):
 @pytest.mark.parametrize("padding", [0, 6])
 @pytest.mark.parametrize(("name", "bits"), [("Y10", 10), ("Y12", 12), ("Y16", 16)])
 def test_deep_formats_keep_the_counts_of_the_sensor(name: str, bits: int, padding: int):
-    counts = RANDOM.integers(0, 1 << bits, (6, 10)).astype("<u2")
+    counts = RNG.integers(0, 1 << bits, (6, 10)).astype("<u2")
     data = with_padding(counts, padding)
     image = to_grey(data, name, width_px=10, height_px=6, bytes_per_line=20 + padding)
     assert image.dtype == np.uint16
