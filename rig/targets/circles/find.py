@@ -107,7 +107,7 @@ def _why_not(image: Image, grid: CircleGrid, most: int, blobs: int) -> TargetErr
             reason="wrong-count",
         )
     return TargetError(
-        f"{asked}, found {blobs} dark circles",
+        f"{asked}, found {blobs} dark circle{'' if blobs == 1 else 's'}",
         advice="put the grid in view and light it; its circles are black on white",
         reason="not-found",
     )

@@ -25,8 +25,6 @@ from rig.report.evidence import gather
 from rig.report.scatter import deviations, direction_pairs, estimator_gaps, mm_per_px
 from tests.unit.report.conftest import Reported
 
-pytestmark = pytest.mark.slow
-
 MODULES = (
     curve_plots, stop_plots, epi_plots, error_plots, field_plots, corner_plots, view_panels,
 )  # fmt: skip
@@ -82,7 +80,6 @@ def assert_plotted(lines: Any, expected: list[np.ndarray]) -> None:
         assert data(line) == pytest.approx(wanted)
 
 
-@pytest.mark.slow
 def test_the_curve_is_drawn_over_its_range_with_all_stops(good: Reported, drawn: list[Any]):
     fit = good.result.fit
     points = tuple(s.point for s in good.result.stops if s.point is not None)

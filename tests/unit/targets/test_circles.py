@@ -181,7 +181,7 @@ def test_darkness_and_pictures_without_circles_are_told():
     assert refused(flat, GRID).reason == "not-found"
     assert "found 0 dark circles" in str(refused(flat, GRID))
     one = cv2.circle(np.full((120, 160), 200, np.uint8), (70, 60), 15, 30, -1)
-    assert "found 1 dark circles" in str(refused(one, GRID))
+    assert "found 1 dark circle;" in str(refused(one, GRID))
 
 
 @given(arrays(np.uint8, st.tuples(st.integers(16, 60), st.integers(16, 60))))
