@@ -83,14 +83,17 @@ def test_a_thread_that_is_held_up_delays_only_its_own_band(
 
 def test_nothing_runs_on_when_the_caller_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RIG_THREADS", "2")
-    caller, begun, running = threading.current_thread(), threading.Event(), []
+    caller, running = threading.current_thread(), []
+    begun, failing = threading.Event(), threading.Event()
 
     def work(_start: int, _stop: int) -> None:
         if threading.current_thread() is caller:
             assert begun.wait(30)
+            failing.set()
             raise KeyboardInterrupt
         running.append(1)
         begun.set()
+        assert failing.wait(30)  # else it may have done all bands before the caller takes one
         running.pop()
 
     with pytest.raises(KeyboardInterrupt):
