@@ -1,5 +1,6 @@
 """`rig profile new`: a commented profile from what is plugged in, or from another profile."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -7,6 +8,7 @@ import typer
 
 from rig.cli.choices import one_of
 from rig.cli.next_verb import tell_next
+from rig.cli.options import finite
 from rig.cli.output import show, tell
 
 NO_STAGE = "none"
@@ -80,6 +82,24 @@ def new_profile(
             show_default="by its adapter, else the first",
         ),
     ] = None,
+    target: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="A target file of Kalibr (YAML): what the board is.",
+            show_default="a guess to be measured",
+        ),
+    ] = None,
+    diameter_mm: Annotated[
+        float | None,
+        typer.Option(
+            "--diameter-mm",
+            min=0.0,
+            callback=finite,
+            help="Of a circle, where --target describes circles.",
+            show_default=False,
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -92,20 +112,25 @@ def new_profile(
 
     Nothing is overwritten. The profile is read back before the command ends.
     """
+    from rig.export.kalibr_target import read_target
     from rig.profile.load import load_profile
     from rig.profile.new import copied_text, write_new
     from rig.profile.plugged import recipe_for
     from rig.profile.template import profile_text
 
+    if diameter_mm is not None and target is None:
+        raise typer.BadParameter("--diameter-mm belongs to a --target of circles")
     path = out if out is not None else Path("calib_profiles") / f"{name}.toml"
     if start is not None:
-        if camera or views or stage or layout:
+        if camera or views or stage or layout or target:
             raise typer.BadParameter(
-                "--from stands alone, without --camera, --views, --layout, --stage"
+                "--from stands alone, without --camera, --views, --layout, --stage, --target"
             )
         text = copied_text(start, name)
     else:
         from rig.hardware.find import find_devices
+
+        board = None if target is None else read_target(target, diameter_mm)
 
         recipe = recipe_for(
             name,
@@ -116,7 +141,7 @@ def new_profile(
             has_stage=stage != NO_STAGE and (stage is not None or views != 1),
             layout=layout,
         )
-        text = profile_text(recipe)
+        text = profile_text(replace(recipe, target=board))
     write_new(path, text)
     profile = load_profile(str(path))
     show(str(path))

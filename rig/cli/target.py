@@ -44,6 +44,15 @@ def target(
     kind: Annotated[
         Kind | None, typer.Option("--kind", help="Draw this, without a profile.")
     ] = None,
+    described: Annotated[
+        Path | None,
+        typer.Option(
+            "--from",
+            metavar="FILE",
+            help="Draw what a target file of Kalibr (YAML) describes.",
+            show_default=False,
+        ),
+    ] = None,
     size: Annotated[
         str,
         typer.Option(
@@ -131,9 +140,11 @@ def target(
     from rig.targets.printing.sheet import draw_sheet, page_mm
     from rig.targets.printing.write import write_sheet
 
-    if (profile_name is None) == (kind is None):
-        raise typer.BadParameter("give either PROFILE or --kind")
-    if profile_name is not None:
+    if sum(given is not None for given in (profile_name, kind, described)) != 1:
+        raise typer.BadParameter("give one of PROFILE, --kind and --from")
+    if described is not None:
+        board = _of_file(described, diameter_mm)
+    elif profile_name is not None:
         board = _of_profile(profile_name, overrides or [])
     else:
         with _from_options():
@@ -191,6 +202,13 @@ def _of_profile(name: str, overrides: list[str]) -> "Target":
             f"profile {profile.name}: has no [target] to draw", advice="add one, or use --kind"
         )
     return target_of(profile.target)
+
+
+def _of_file(path: Path, diameter_mm: float | None) -> "Target":
+    from rig.export.kalibr_target import read_target
+    from rig.optics.target import target_of
+
+    return target_of(read_target(path, diameter_mm))
 
 
 def _counts(size: str) -> tuple[int, int]:

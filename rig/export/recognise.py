@@ -58,6 +58,10 @@ _SIGNS = (
 """In this order: the first that fits."""
 _OTHERS = (
     _foreign(
+        "a target of Kalibr, no calibration", rb"^target_type[ \t]{0,20}:",
+        "take it into a new profile: rig profile new NAME --target FILE",
+    ),
+    _foreign(
         "a MATLAB workspace", rb"\AMATLAB 5\.0 MAT-file|\A\x89HDF",
         "write it with MATLAB's stereoParametersToOpenCV and OpenCV's FileStorage",
     ),

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast, get_args
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from rig.bounded_text import parse_toml, read_text
@@ -16,9 +16,11 @@ from rig.profile.cameras import CameraConfig
 from rig.profile.models import Profile
 from rig.profile.overrides import Override, apply_overrides, plain_path, read_override
 from rig.profile.stages import StageConfig
+from rig.profile.targets import TargetConfig
 from rig.profile.wording import merged, wording
 
 _MOST_ERRORS_SHOWN = 3
+_TARGET: TypeAdapter[TargetConfig] = TypeAdapter(TargetConfig)
 
 
 def find_profile(name_or_path: str) -> Path:
@@ -79,6 +81,19 @@ def parse_profile(data: object, *, source: str) -> Profile:
     except ValidationError as error:
         errors = merged(error.errors(include_url=False))
         raise ConfigError(_told(source, errors, data)) from error
+
+
+def parse_target(data: Mapping[str, object], *, source: str) -> TargetConfig:
+    """Validate plain data as the `[target]` of a profile; `source` names it in messages.
+
+    Raises:
+        ConfigError: it is none; names key and value.
+    """
+    try:
+        return _TARGET.validate_python(data)
+    except ValidationError as error:
+        errors = [{**item, "loc": ("target", *item["loc"])} for item in error.errors()]
+        raise ConfigError(_told(source, cast("list[ErrorDetails]", errors), data)) from error
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -6,6 +6,8 @@ from rig.errors import ConfigError
 from rig.profile.kinds import CameraTemplate, NewCamera, NewStage, StageTemplate
 from rig.profile.parts import layouts, places_of
 from rig.profile.plugins import CAMERAS, STAGES
+from rig.profile.targets import TargetConfig
+from rig.profile.toml_text import section_text
 
 PLACES: dict[str, tuple[float, float]] = {
     "centre": (0.0, 0.0),
@@ -125,6 +127,8 @@ class Recipe:
     """Lines for the head of the file."""
     layout: str | None = None
     """How all views lie in the picture of one device; None where each has its own."""
+    target: TargetConfig | None = None
+    """What is shown to the cameras; None for a board that is a guess."""
 
 
 def profile_text(recipe: Recipe) -> str:
@@ -170,7 +174,7 @@ def profile_text(recipe: Recipe) -> str:
         parts.append(stage.section(NewStage(recipe.stages, _NEAR_MM, _FAR_MM)))
     low_px, high_px = slope_px / _FAR_MM / _ROOM, slope_px / _NEAR_MM * _ROOM
     slopes = words.slopes.format(low_px=round(low_px), high_px=round(high_px), near_mm=_NEAR_MM)
-    parts.append(_TARGET)
+    parts.append(_target(recipe))
     parts.append(_SWEEP.format(near_mm=_NEAR_MM, far_mm=_FAR_MM, slopes=slopes))
     return "\n".join(parts)
 
@@ -187,7 +191,11 @@ def _one_camera(camera: CameraTemplate, recipe: Recipe) -> str:
     section = camera.section(NewCamera(("camera",), recipe.cameras, 1280, 800, None))
     notes = "".join(f"# {note}\n" for note in recipe.notes)
     head = _ONE_CAMERA.format(name=recipe.name, title=camera.title, notes=notes)
-    return f"{head}\n{section}\n{_TARGET}"
+    return f"{head}\n{section}\n{_target(recipe)}"
+
+
+def _target(recipe: Recipe) -> str:
+    return _TARGET if recipe.target is None else section_text("target", recipe.target)
 
 
 def camera_template(kind: str) -> CameraTemplate:

@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Mapping
 
+from rig.profile.model import Model
 from rig.profile.models import Profile
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
@@ -12,6 +13,11 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 def toml_text(profile: Profile) -> str:
     """Return a profile as TOML with all defaults filled in; it loads as an equal one."""
     return "\n".join(_section("", profile.model_dump(mode="json"))).lstrip("\n") + "\n"
+
+
+def section_text(name: str, config: Model) -> str:
+    """Return one section of a profile as TOML, with all defaults filled in."""
+    return "\n".join(_section(name, config.model_dump(mode="json"))).lstrip("\n") + "\n"
 
 
 def _section(path: str, values: Mapping[str, object]) -> list[str]:
