@@ -93,7 +93,7 @@ class Ros2Messages:
             yield self._image(f"/{name}/image_rect", picture, frame_id, time_ns)
             if colours is not None and view in colours:
                 yield self._image(f"/{name}/image_rect_color", colours[view], frame_id, time_ns)
-            camera = scene.cameras.get(view)
+            camera = _camera_of(picture.shape, scene.cameras.get(view))
             yield self._camera_info(f"/{name}", camera, picture.shape, frame_id, time_ns)
         if depth is None:
             return
@@ -207,3 +207,16 @@ class Ros2Messages:
 
     def _cdr(self, message: Any, msgtype: str) -> bytes:
         return bytes(self.typestore.serialize_cdr(message, msgtype))
+
+
+def _camera_of(shape: tuple[int, ...], camera: CameraInfo | None) -> CameraInfo | None:
+    """Return the camera of a rectified picture (H, W), or of the raw one where sizes are equal.
+
+    Programs take size and P of one message for the picture beside it. Where cameras are unlike,
+    rectified pictures are as large as the reference's, and K and D of a raw picture do not fit.
+    """
+    height_px, width_px = shape[:2]
+    if camera is None or (camera.width_px, camera.height_px) == (width_px, height_px):
+        return camera
+    matrix, projection = camera.projection[:, :3], camera.projection
+    return CameraInfo(width_px, height_px, "none", (), matrix, np.eye(3), projection)
