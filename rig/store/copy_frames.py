@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from uuid import uuid4
 
+from rig.database.scan_files import FACTS
 from rig.database.upkeep import SampleFiles
 from rig.disk import disk_explained
 from rig.errors import StoreError
@@ -26,7 +27,7 @@ class Copied:
     """What a copy has come to."""
 
     files: int = 0
-    """Images that are there now."""
+    """Images, and facts of scans, that are there now."""
     new: int = 0
     """Of these, how many were not there before."""
     bytes: int = 0
@@ -99,6 +100,7 @@ class FrameCopy:
 
     def _folder(self, place: str, sha256: Mapping[str, str]) -> None:
         source, target = self._source / place, self._target / place
+        sha256 = _with_facts(source, sha256)
         self._folders += 1
         self._progress(self._folders, place)
         self.copied.files += len(sha256)
@@ -154,3 +156,10 @@ class FrameCopy:
                 return
             make_folder(target.parent, self._modes.folder)
             put_on_disk(target, content, self._modes.file)
+
+
+def _with_facts(source: Path, sha256: Mapping[str, str]) -> Mapping[str, str]:
+    """Add what is known of a scan, where the images of a folder are one: no row has its hash."""
+    facts = source / FACTS
+    with disk_explained("read a scan", facts):
+        return {**sha256, FACTS: digest(facts.read_bytes())} if facts.is_file() else sha256

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from rig.database.scan_files import FACTS, read_scan
+from rig.errors import StoreError
 from rig.store.hashes import bad_files
 from rig.store.layout import (
     ALBUM,
@@ -133,6 +135,15 @@ def _sample(frames: Path, sample: "SampleFiles") -> Iterator[Finding]:
     for name, wrong in bad_files(frames / sample.folder, sample.sha256).items():
         kind = "missing" if wrong == "missing" else "damaged"
         yield Finding(kind, f"{sample.folder}/{name}", wrong, lease)
+    yield from _facts(frames, sample.folder, lease)
+
+
+def _facts(frames: Path, place: str, lease: str) -> Iterator[Finding]:
+    """Look whether the facts of a scan can be read; no row has their hash."""
+    try:
+        read_scan(frames / place)
+    except StoreError as error:
+        yield Finding("damaged", f"{place}/{FACTS}", str(error), lease)
 
 
 def _album(frames: Path, folder: Path) -> tuple[int, list[Finding]]:
@@ -146,6 +157,7 @@ def _album(frames: Path, folder: Path) -> tuple[int, list[Finding]]:
         for name, wrong in bad_files(folder / picture, sha256).items():
             kind = "missing" if wrong == "missing" else "damaged"
             found.append(Finding(kind, f"{place}/{picture}/{name}", wrong, lease))
+        found += _facts(frames, f"{place}/{picture}", lease)
     return sum(map(len, album.pictures.values())), found
 
 
@@ -194,7 +206,7 @@ def _sample_folder(
         yield Finding("pruned", place, "its removal was cut short", lease)
     else:
         for path in entries(folder):
-            if path.name not in sample.sha256:
+            if path.name not in (*sample.sha256, FACTS):
                 yield _stray(frames, path, lease)
 
 
