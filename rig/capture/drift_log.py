@@ -8,11 +8,17 @@ from rig.records import StoredCalibration, StoredDrift
 class DriftLog:
     """Looks of one rig at scenes, since its calibration; empty until it is begun.
 
-    One thread adds; whoever reads gets a series that does not change any more.
+    Earlier looks are read only where somebody shows them. One thread adds; whoever reads gets a
+    series that does not change any more.
     """
 
     def __init__(self) -> None:
+        self._is_shown = False
         self._series: DriftSeries | None = None
+
+    def show(self) -> None:
+        """Say that somebody shows the series; before it is begun."""
+        self._is_shown = True
 
     @property
     def series(self) -> DriftSeries | None:
@@ -27,6 +33,8 @@ class DriftLog:
             store: where looks are kept.
             unit: which of the rigs of its name.
         """
+        if not self._is_shown:
+            return
         earlier = (look for look in store.drifts(calibration.rig) if look.unit == unit)
         self._series = drift_series(calibration, earlier)
 

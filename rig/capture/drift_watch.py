@@ -12,7 +12,6 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
 from types import TracebackType
 from typing import Self
 
@@ -24,7 +23,7 @@ from rig.frames import MultiView
 from rig.live.frame import DepthFrame
 from rig.profile import Profile
 from rig.progress import Tell
-from rig.records import StoredCalibration, StoredDrift
+from rig.records import StoredCalibration
 from rig.stored import LENSLETS, Run
 
 ALARM = 1e-6
@@ -48,22 +47,12 @@ class SceneLook:
         """Look at one; return what is wrong, None where nothing is but chance."""
         views = seen.views
         drift = drift_since(self.calibration, self.profile, [seen])
-        details = drift_details(drift, self.profile)
-        number = self.store.save_drift(
+        look = self.store.save_drift(
             self.calibration.id,
             rig=self.profile.name,
-            details=details,
+            details=drift_details(drift, self.profile),
             temperature_degc=views.temperature_degc,
             unit=self.unit,
-        )
-        look = StoredDrift(
-            number,
-            self.profile.name,
-            self.calibration.id,
-            datetime.now(UTC),
-            views.temperature_degc,
-            details,
-            self.unit,
         )
         self.log.add(look)
         if drift.probability >= ALARM:
@@ -118,16 +107,19 @@ class DriftWatch:
         Returns:
             The frame; after an alarm with that among its warnings, so that pages and files have it.
         """
-        self._offer(Seen(frame.views, self._earlier))
-        self._earlier = frame.views
+        self._offer(frame.views)
         if self._alarm is None:
             return frame
         warnings = (*frame.slopes.warnings, self._alarm)
         return replace(frame, slopes=replace(frame.slopes, warnings=warnings))
 
-    def _offer(self, seen: Seen) -> None:
+    def _offer(self, views: MultiView) -> None:
+        if self._look is None:
+            self._earlier = None
+            return
+        seen, self._earlier = Seen(views, self._earlier), views
         is_busy = self._thread is not None and self._thread.is_alive()
-        if self._look is None or is_busy or self._now_s() < self._due_s:
+        if is_busy or self._now_s() < self._due_s:
             return
         self._due_s = self._now_s() + _EVERY_S
         self._thread = threading.Thread(target=self._run, args=(seen, self._look), name="drift")
@@ -155,7 +147,7 @@ def look_of(run: Run, store: Store, unit: str, log: DriftLog) -> SceneLook | Non
         run: the rig, with its calibration.
         store: where looks are kept.
         unit: which of the rigs of this name.
-        log: begun with earlier looks where there is something to look after.
+        log: begun with earlier looks where it is shown and there is something to look after.
     """
     calibration = run.calibration
     if calibration is None or LENSLETS in calibration.geometry or run.profile.camera.is_scan:

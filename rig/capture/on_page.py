@@ -35,6 +35,7 @@ def page_outputs(
 
     Both raise ConfigError as they are opened if the page cannot be served there.
     """
+    log.show()
     asked: list[AskedFor] = []
 
     def keep(camera: DepthCamera) -> Output:

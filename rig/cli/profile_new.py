@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -10,6 +10,9 @@ from rig.cli.choices import one_of
 from rig.cli.next_verb import tell_next
 from rig.cli.options import finite
 from rig.cli.output import show, tell
+
+if TYPE_CHECKING:
+    from rig.profile import TargetConfig
 
 NO_STAGE = "none"
 
@@ -112,7 +115,6 @@ def new_profile(
 
     Nothing is overwritten. The profile is read back before the command ends.
     """
-    from rig.export.kalibr_target import read_target
     from rig.profile.load import load_profile
     from rig.profile.new import copied_text, write_new
     from rig.profile.plugged import recipe_for
@@ -130,8 +132,7 @@ def new_profile(
     else:
         from rig.hardware.find import find_devices
 
-        board = None if target is None else read_target(target, diameter_mm)
-
+        board = None if target is None else _described(target, diameter_mm)
         recipe = recipe_for(
             name,
             find_devices(timeout_s=5.0),
@@ -149,3 +150,9 @@ def new_profile(
     count = len(profile.views)
     tell(f"{count} view{'s' if count > 1 else ''}, camera {profile.camera.kind}, {stage_kind}")
     tell_next("profile new", as_json=False, profile=path if out else name)
+
+
+def _described(path: Path, diameter_mm: float | None) -> "TargetConfig":
+    from rig.export.kalibr_target import read_target
+
+    return read_target(path, diameter_mm)

@@ -21,7 +21,7 @@ class DriftShelf(Transactions):
         details: Json,
         temperature_degc: float | None,
         unit: str = "",
-    ) -> int:
+    ) -> StoredDrift:
         """Store what one scene told.
 
         Args:
@@ -32,7 +32,7 @@ class DriftShelf(Transactions):
             unit: which of the rigs of this name; empty where nobody knows.
 
         Returns:
-            Its number.
+            The look, as it is stored.
         """
         with self._writing(f"store the drift of {rig}") as session:
             row = DriftRow(
@@ -45,7 +45,7 @@ class DriftShelf(Transactions):
             )
             session.add(row)
             session.flush()
-            return row.id
+            return drift_value(row)
 
     def drifts(self, rig: str | None = None) -> tuple[StoredDrift, ...]:
         """Return the looks of a rig, or of all rigs, oldest first."""

@@ -17,7 +17,7 @@ from rig.recording import CameraInfo, DepthImages, FrameTransform, Scene
 from rig.recording.mcap_writer import Payload
 from rig.robots.depth import whole_mm
 from rig.robots.extra import robot_extra
-from rig.robots.scene import robot_name
+from rig.robots.scene import rectified_info, robot_name
 
 DEPTH: Final = "depth"
 TRANSFORMS: Final = "/tf_static"
@@ -218,5 +218,4 @@ def _camera_of(shape: tuple[int, ...], camera: CameraInfo | None) -> CameraInfo 
     height_px, width_px = shape[:2]
     if camera is None or (camera.width_px, camera.height_px) == (width_px, height_px):
         return camera
-    matrix, projection = camera.projection[:, :3], camera.projection
-    return CameraInfo(width_px, height_px, "none", (), matrix, np.eye(3), projection)
+    return rectified_info((width_px, height_px), camera.projection)

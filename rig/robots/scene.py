@@ -85,6 +85,11 @@ def depth_camera_info(pinhole: Pinhole) -> CameraInfo:
     return _pinhole_info((pinhole.width_px, pinhole.height_px), pinhole.matrix, place_m=np.zeros(2))
 
 
+def rectified_info(size_px: tuple[int, int], projection: Float) -> CameraInfo:
+    """Return the camera of a rectified picture by its projection (3, 4), m: no lens, no turn."""
+    return CameraInfo(*size_px, "none", (), projection[:, :3], np.eye(3), projection)
+
+
 def optical_transform(child: str, place_mm: Iterable[float]) -> FrameTransform:
     """Return where an optical frame stands in the base frame.
 
@@ -122,4 +127,4 @@ def _pinhole_info(size_px: tuple[int, int], matrix: Float, place_m: Float) -> Ca
     projection = np.zeros((3, 4))
     projection[:, :3] = matrix
     projection[:2, 3] = 0.0 - matrix[0, 0] * place_m
-    return CameraInfo(size_px[0], size_px[1], "none", (), matrix, np.eye(3), projection)
+    return rectified_info(size_px, projection)

@@ -1,6 +1,5 @@
 """The drift of the views on the live page: what it draws is what the looks have told."""
 
-import shutil
 from collections.abc import Iterator
 from contextlib import closing
 from datetime import UTC, datetime, timedelta
@@ -16,11 +15,10 @@ from rig.view.frame_message import FrameMessage
 from rig.view.live_view import LiveView
 from rig.view.notices import Notices
 from rig.view.server import ViewServer
-from tests.closed_loop.test_page_in_browser import FLAGS, SCENE, Bench
-from tests.closed_loop.test_report_in_browser import NAMES
+from tests.closed_loop.test_page_in_browser import SCENE, Bench
+from tests.support.browser import driven_browser
 
 pytestmark = pytest.mark.slow
-playwright = pytest.importorskip("playwright.sync_api")
 
 BEGAN = datetime(2026, 11, 2, 8, tzinfo=UTC)
 
@@ -52,13 +50,8 @@ class Drifting(Bench):
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    found = next(filter(None, map(shutil.which, NAMES)), None)
-    if found is None:
-        pytest.skip(f"no browser here (looked for {', '.join(NAMES)})")
-    with playwright.sync_playwright() as started:
-        opened = started.chromium.launch(executable_path=found, args=list(FLAGS))
-        yield opened
-        opened.close()
+    with driven_browser() as one:
+        yield one
 
 
 @pytest.fixture(params=["light", "dark"])

@@ -1,7 +1,6 @@
 """The live page in a real browser: what it shows is what the frames hold."""
 
 import math
-import shutil
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import replace
@@ -24,21 +23,13 @@ from rig.view.live_view import LiveView, capture_save
 from rig.view.notices import Notices
 from rig.view.server import ViewServer
 from rig.view.sweep_view import SweepMessage, SweepView
-from tests.closed_loop.test_report_in_browser import NAMES
+from tests.support.browser import driven_browser
 from tests.support.shown_frames import scene
 from tests.support.shown_look import look
 from tests.support.sweeps import bench_profile, stored_sweep
 
 pytestmark = pytest.mark.slow
-playwright = pytest.importorskip("playwright.sync_api")
 
-FLAGS = (
-    "--no-sandbox",
-    "--disable-quic",
-    "--disable-background-networking",
-    "--enable-unsafe-swiftshader",
-    "--use-angle=swiftshader",
-)
 SCENE = scene(160, 100)
 STEPS = 400
 STEP_MS = 100
@@ -87,13 +78,8 @@ class Bench:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    found = next(filter(None, map(shutil.which, NAMES)), None)
-    if found is None:
-        pytest.skip(f"no browser here (looked for {', '.join(NAMES)}); apt-get install chromium")
-    with playwright.sync_playwright() as driver:
-        one = driver.chromium.launch(executable_path=found, args=list(FLAGS))
+    with driven_browser() as one:
         yield one
-        one.close()
 
 
 @pytest.fixture

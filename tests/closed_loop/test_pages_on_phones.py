@@ -1,6 +1,5 @@
 """Every page on a phone, in the dark, and on paper, as a browser lays it out."""
 
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,13 +12,11 @@ from rig.geometry.bundle import solve_rig
 from rig.report import write_report
 from rig.report.calibration.shown import ShownCalibration
 from rig.report.write import write_calibration_page
-from tests.closed_loop.test_page_in_browser import FLAGS
-from tests.closed_loop.test_report_in_browser import NAMES
+from tests.support.browser import driven_browser
 from tests.support.calibration_scene import HEIGHT, WIDTH, flat_board_mm, random_scene
 from tests.support.sweeps import SweepRecipe, stored_sweep
 
 pytestmark = pytest.mark.slow
-playwright = pytest.importorskip("playwright.sync_api")
 
 PAGES = ("sweep", "calibration", "compare")
 BEYOND = """() => [...document.querySelectorAll("body *:not(svg *)")]
@@ -72,13 +69,8 @@ def _first_sample(made: Path) -> list[str]:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    found = next(filter(None, map(shutil.which, NAMES)), None)
-    if found is None:
-        pytest.skip(f"no browser here (looked for {', '.join(NAMES)})")
-    with playwright.sync_playwright() as started:
-        opened = started.chromium.launch(executable_path=found, args=list(FLAGS))
-        yield opened
-        opened.close()
+    with driven_browser() as one:
+        yield one
 
 
 def shown(browser: Any, page: Path, width: int, scheme: str) -> Any:

@@ -1,7 +1,6 @@
 """The report as a browser shows it."""
 
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -10,11 +9,11 @@ import numpy as np
 import pytest
 
 from rig.report import write_report
+from tests.support.browser import browser_there
 from tests.support.sweeps import SweepRecipe, stored_sweep
 
 pytestmark = pytest.mark.slow
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 FLAGS = (
     "--headless",
     "--no-sandbox",
@@ -43,10 +42,7 @@ FIGURES = {
 
 @pytest.fixture(scope="module")
 def browser() -> str:
-    found = next(filter(None, map(shutil.which, NAMES)), None)
-    if found is None:
-        pytest.skip(f"no browser here (looked for {', '.join(NAMES)}); apt-get install chromium")
-    return found
+    return browser_there()
 
 
 @pytest.fixture(scope="module")

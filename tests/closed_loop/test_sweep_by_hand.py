@@ -2,7 +2,6 @@
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 import time
@@ -12,8 +11,7 @@ from typing import Any
 
 import pytest
 
-from tests.closed_loop.test_page_in_browser import FLAGS
-from tests.closed_loop.test_report_in_browser import NAMES
+from tests.support.browser import driven_browser
 from tests.support.small_sim import SMALL_SIM, as_options
 from tests.support.terminal import LONGEST_S, typed
 
@@ -51,14 +49,8 @@ def test_the_verb_says_where_and_waits_for_enter(tmp_path: Path) -> None:
 
 @pytest.fixture
 def browser() -> Iterator[Any]:
-    playwright = pytest.importorskip("playwright.sync_api")
-    found = next(filter(None, map(shutil.which, NAMES)), None)
-    if found is None:
-        pytest.skip(f"no browser here (looked for {', '.join(NAMES)}); apt-get install chromium")
-    with playwright.sync_playwright() as driver:
-        one = driver.chromium.launch(executable_path=found, args=list(FLAGS))
+    with driven_browser() as one:
         yield one
-        one.close()
 
 
 @pytest.mark.slow

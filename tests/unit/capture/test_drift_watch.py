@@ -111,6 +111,24 @@ def test_without_a_calibration_nothing_is_looked_at(tmp_path: Path):
         assert look_of(replace(run, calibration=lenslets), store, "", DriftLog()) is None
 
 
+def test_earlier_looks_are_read_only_where_they_are_shown(tmp_path: Path):
+    with open_store(sqlite_url(tmp_path)) as store:
+        geometry = geometry_of([true_camera(v.name, (0.0, 0.0, 0.0)) for v in PAIR.views])
+        stored = replace(
+            store.calibration(new_calibration(store)), geometry=geometry_to_json(geometry)
+        )
+        run = Run(PAIR, nominal_optics(PAIR), calibration=stored)
+        kept = store.save_drift(stored.id, rig=stored.rig, details={}, temperature_degc=None)
+        hidden, shown = DriftLog(), DriftLog()
+        shown.show()
+        for log in (hidden, shown):
+            look_of(run, store, "", log)
+        hidden.add(kept)
+    assert hidden.series is None
+    assert shown.series is not None
+    assert shown.series.looks == (kept,)
+
+
 @pytest.mark.slow
 def test_a_view_that_turned_is_told_and_every_look_is_kept(tmp_path: Path):
     names = [view.name for view in PAIR.views]

@@ -20,7 +20,8 @@ def test_looks_come_back_as_they_were_oldest_first(tmp_path: Path):
         second = store.save_drift(calibration, rig="other", details={}, temperature_degc=None)
         looks, own = store.drifts(), store.drifts("bench")
         listed = store.history(store.frames).drifts
-    assert [look.id for look in looks] == [first, second]
+    assert [look.id for look in looks] == [first.id, second.id]
+    assert looks == (first, second)
     assert listed == looks
     assert own == looks[:1]
     look = own[0]
