@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.arrays import Float
+from rig.compute.kernel import kernel
 from rig.geometry.sighting import Sighting
 from rig.targets.corner_fit import fit_crossings
 from tests.support.calibration_scene import (
@@ -117,15 +118,34 @@ def _render(inverse: Float, off_px: Float, ids: NDArray[np.intp], blur_px: float
     half = SIDE // 2 + 0.5 + _PAD_PX
     fine = np.arange(-half + 0.5 / _FINE, half, 1 / _FINE)
     blur = _blur(fine, blur_px)
-    x, y = (a.ravel() for a in np.meshgrid(fine, fine))
     tiles = np.empty((len(ids), SIDE, SIDE))
-    for n, (cubic, (dx, dy)) in enumerate(zip(inverse, off_px, strict=True)):
-        squares = _cubic(np.stack([x + dx, y + dy], axis=1)) @ cubic
-        white = np.sign(squares[:, 0]) * np.sign(squares[:, 1])
+    for n, (cubic, off) in enumerate(zip(inverse, off_px, strict=True)):
+        white = _checkers(cubic, fine + off[0], fine + off[1])
         if (ids[n] // COLUMNS + ids[n] % COLUMNS) % 2:
             white = -white
-        tiles[n] = blur @ white.reshape(len(fine), -1) @ blur.T
+        tiles[n] = blur @ white @ blur.T
     return (BLACK + WHITE) / 2 + (WHITE - BLACK) / 2 * tiles
+
+
+@kernel()
+def _checkers(cubic: Float, x_px: Float, y_px: Float) -> Float:
+    """(Y, X) 1 where the board is white and -1 where it is black, at px about a corner."""
+    white = np.empty((y_px.size, x_px.size))
+    for j in range(y_px.size):
+        y = y_px[j]
+        for i in range(x_px.size):
+            x = x_px[i]
+            across = down = 0.0
+            for axis in range(2):
+                c = cubic[:, axis]
+                value = c[0] + x * (c[1] + x * (c[3] + x * c[6] + y * c[7]))
+                value += y * (c[2] + x * (c[4] + y * c[8]) + y * (c[5] + y * c[9]))
+                if axis == 0:
+                    across = value
+                else:
+                    down = value
+            white[j, i] = np.sign(across) * np.sign(down)
+    return white
 
 
 def _blur(fine: Float, blur_px: float) -> Float:
