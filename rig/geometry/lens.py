@@ -17,6 +17,7 @@ import numpy as np
 
 from rig.arrays import Float
 from rig.errors import ConfigError
+from rig.geometry.lens_points import bend_points, filled_up
 
 LensModel = Literal["none", "brown5", "brown8", "fisheye"]
 
@@ -57,13 +58,12 @@ def distort(model: LensModel, coefficients: Float, xy: Float) -> Distorted:
             f"lens model {model} asked for with {k.size} coefficients",
             advice=f"give {COEFFICIENTS[model]}",
         )
-    if model == "none":
-        count = len(xy)
-        eye = np.broadcast_to(np.eye(2), (count, 2, 2)).copy()
-        return Distorted(np.array(xy, np.float64), eye, np.zeros((count, 2, 0)))
-    if model == "fisheye":
-        return _fisheye(k, xy)
-    return _brown(k, xy)
+    points = np.ascontiguousarray(xy, np.float64)
+    count = len(points)
+    bent, by_xy = np.empty((count, 2)), np.empty((count, 2, 2))
+    by_k = np.empty((count, 2, k.size))
+    bend_points(model == "fisheye", filled_up(k), points, bent, by_xy, by_k)
+    return Distorted(bent, by_xy, by_k)
 
 
 def undistort(model: LensModel, coefficients: Float, xy_distorted: Float) -> Float:
@@ -96,62 +96,3 @@ def undistort(model: LensModel, coefficients: Float, xy_distorted: Float) -> Flo
     upright = (xx * yy - xy_ * yx > 0) & (xx + yy > 0)
     xy[~(reached & upright)] = np.nan
     return xy
-
-
-def _brown(k: Float, xy: Float) -> Distorted:
-    k1, k2, p1, p2, k3 = k[:5]
-    k4, k5, k6 = k[5:] if len(k) == 8 else (0.0, 0.0, 0.0)
-    x, y = np.asarray(xy, np.float64).T
-    r2 = x * x + y * y
-    r4, r6 = r2 * r2, r2 * r2 * r2
-    above = 1.0 + k1 * r2 + k2 * r4 + k3 * r6
-    below = 1.0 + k4 * r2 + k5 * r4 + k6 * r6
-    radial = above / below
-    # d radial / d r2, then d r2 / dx = 2 x.
-    slope = (k1 + 2.0 * k2 * r2 + 3.0 * k3 * r4 - radial * (k4 + 2.0 * k5 * r2 + 3.0 * k6 * r4)) / (
-        below
-    )
-    out = np.stack(
-        [
-            x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
-            y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
-        ],
-        axis=1,
-    )
-    by_xy = np.empty((len(x), 2, 2))
-    by_xy[:, 0, 0] = radial + 2.0 * x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
-    by_xy[:, 0, 1] = 2.0 * x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
-    by_xy[:, 1, 0] = by_xy[:, 0, 1]
-    by_xy[:, 1, 1] = radial + 2.0 * y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
-    by_k = np.empty((len(x), 2, len(k)))
-    for column, power in ((0, r2), (1, r4), (4, r6)):
-        by_k[:, 0, column], by_k[:, 1, column] = x * power / below, y * power / below
-    by_k[:, 0, 2], by_k[:, 1, 2] = 2.0 * x * y, r2 + 2.0 * y * y
-    by_k[:, 0, 3], by_k[:, 1, 3] = r2 + 2.0 * x * x, 2.0 * x * y
-    if len(k) == 8:
-        for column, power in ((5, r2), (6, r4), (7, r6)):
-            change = -radial * power / below
-            by_k[:, 0, column], by_k[:, 1, column] = x * change, y * change
-    return Distorted(out, by_xy, by_k)
-
-
-def _fisheye(k: Float, xy: Float) -> Distorted:
-    x, y = np.asarray(xy, np.float64).T
-    r = np.hypot(x, y)
-    angle = np.arctan(r)
-    a2 = angle * angle
-    powers = np.stack([a2, a2**2, a2**3, a2**4])
-    bent = angle * (1.0 + k @ powers)
-    bent_by_angle = 1.0 + (k * np.array([3.0, 5.0, 7.0, 9.0])) @ powers
-    near = r < _SMALL_RADIUS
-    safe = np.where(near, 1.0, r)
-    scale = np.where(near, 1.0, bent / safe)
-    # d scale / d r, divided by r: multiplies x * x and so on.
-    change = np.where(near, 0.0, (bent_by_angle / (1.0 + r * r) - scale) / (safe * safe))
-    by_xy = np.empty((len(x), 2, 2))
-    by_xy[:, 0, 0] = scale + x * x * change
-    by_xy[:, 0, 1] = by_xy[:, 1, 0] = x * y * change
-    by_xy[:, 1, 1] = scale + y * y * change
-    direction = np.stack([x, y], axis=1) / safe[:, None]
-    by_k = direction[:, :, None] * (angle * powers).T[:, None, :]
-    return Distorted(np.stack([x, y], axis=1) * scale[:, None], by_xy, by_k)

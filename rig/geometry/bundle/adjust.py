@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.arrays import Float
-from rig.geometry.bundle.linearise import Target, linearise
+from rig.geometry.bundle.linearise import Target, linearise, residuals_px
 from rig.geometry.bundle.motion import Motion, measure_motion, notice_motion
 from rig.geometry.bundle.observations import Observations
 from rig.geometry.bundle.priors import StageStops
@@ -121,7 +121,7 @@ def _rounds(
 ) -> Adjusted:
     layout = lay_out(at.lenses, reference, free, stage=stops is not None)
     problem = Problem(observed, target, layout, stops)
-    residual_px = linearise(observed, target, at).residual_px
+    residual_px = residuals_px(observed, target, at)
     scatter = measure_scatter(observed, residual_px, len(at.lenses))
     for turn in range(_MOST_ROUNDS if reject else _MOST_COARSE_ROUNDS):
         before = scatter

@@ -1,7 +1,7 @@
 """How far points are from the epipolar lines of their partners."""
 
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, permutations
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,15 @@ class ResidualsWithRays(NamedTuple):
     """(N, 3)."""
 
 
+class _Lines(NamedTuple):
+    """What takes rays of one view to lines in another."""
+
+    essential: Float
+    """(3, 3)."""
+    focal_px: float
+    """Of the other view."""
+
+
 def epipolar_error(geometry: RigGeometry, residuals: Sequence[Residuals]) -> EpipolarError:
     """Measure all pairs of views on the points that both show, outliers left out.
 
@@ -30,8 +39,10 @@ def epipolar_error(geometry: RigGeometry, residuals: Sequence[Residuals]) -> Epi
     by_picture: dict[int, list[ResidualsWithRays]] = {}
     for one, rays in zip(residuals, _rays(geometry, residuals), strict=True):
         by_picture.setdefault(one.picture, []).append(ResidualsWithRays(one, rays))
+    pairs = permutations(range(len(geometry.names)), 2)
+    lines = {pair: _lines(geometry, *pair) for pair in pairs}
     distances = [
-        _distances(geometry, one, other)
+        _distances(lines[one.residuals.view, other.residuals.view], one, other)
         for shown in by_picture.values()
         for pair in combinations(shown, 2)
         for one, other in (pair, pair[::-1])
@@ -54,18 +65,18 @@ def _rays(geometry: RigGeometry, residuals: Sequence[Residuals]) -> list[Float]:
     return rays
 
 
-def _distances(geometry: RigGeometry, first: ResidualsWithRays, second: ResidualsWithRays) -> Float:
+def _lines(geometry: RigGeometry, one: int, other: int) -> _Lines:
+    place = geometry.cam_from_reference[other] @ geometry.cam_from_reference[one].inverse()
+    camera = geometry.cameras[other]
+    focal_px = (camera.fx_px + camera.fy_px) / 2
+    return _Lines(cross_matrix(place.translation_mm) @ place.rotation, focal_px)
+
+
+def _distances(lines: _Lines, first: ResidualsWithRays, second: ResidualsWithRays) -> Float:
     """(K,) px from the points of `second` to the lines that the points of `first` give there."""
     (one, from_rays), (other, to_rays) = first, second
-    ids, here, there = np.intersect1d(one.ids, other.ids, return_indices=True)
+    _, here, there = np.intersect1d(one.ids, other.ids, assume_unique=True, return_indices=True)
     good = ~(one.outlier[here] | other.outlier[there])
-    if not (ids.size and good.any()):
-        return np.empty(0)
-    camera = geometry.cameras[other.view]
-    left, right = from_rays[here[good]], to_rays[there[good]]
-    place = geometry.cam_from_reference[other.view] @ (
-        geometry.cam_from_reference[one.view].inverse()
-    )
-    lines = left @ (cross_matrix(place.translation_mm) @ place.rotation).T
-    apart = np.abs(np.sum(lines * right, axis=1)) / np.hypot(lines[:, 0], lines[:, 1])
-    return apart * (camera.fx_px + camera.fy_px) / 2
+    left, right = from_rays[here[good]] @ lines.essential.T, to_rays[there[good]]
+    apart = np.abs(np.sum(left * right, axis=1)) / np.hypot(left[:, 0], left[:, 1])
+    return apart * lines.focal_px

@@ -1,11 +1,13 @@
 """Residuals on pictures that the solve has not seen."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rig.arrays import Float
+from rig.compute.bands import run_side_by_side
 from rig.geometry.bundle.adjust import Adjusted
 from rig.geometry.bundle.priors import StageStops
 from rig.geometry.bundle.settle import Problem, settle
@@ -27,7 +29,8 @@ def held_out_residuals(adjusted: Adjusted) -> Float:
     residual_px = np.empty_like(adjusted.residual_px)
     fold = np.arange(len(observed.pictures)) % min(FOLDS, len(observed.pictures))
     of_point = fold[observed.picture[observed.sighting_of_point]]
-    for number in range(int(fold.max()) + 1):
+
+    def judge(number: int) -> None:
         out = fold == number
         weight = adjusted.weight[of_point != number]
         shown = out[observed.picture]
@@ -46,6 +49,8 @@ def held_out_residuals(adjusted: Adjusted) -> Float:
         )
         _, linear = settle(unseen, start, adjusted.weight[of_point == number], _STEPS)
         residual_px[of_point == number] = linear.residual_px
+
+    run_side_by_side(*(partial(judge, number) for number in range(int(fold.max()) + 1)))
     return residual_px
 
 

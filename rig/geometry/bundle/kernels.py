@@ -1,5 +1,7 @@
 """Sums of the normal equations, in one fixed order: the same bits whatever the thread count."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,68 +14,91 @@ POSE = 6
 """Unknowns of a pose: the last columns of every local block."""
 
 
+class Sightings(NamedTuple):
+    """M points in S sightings, as they are summed."""
+
+    jacobian: Float
+    """(M, 2, C + 6); the last six columns belong to the board's pose."""
+    residual: Float
+    """(M, 2)."""
+    weight: Float
+    """(M,) inverse variances."""
+    start: Int
+    """(S + 1,) first point of each sighting."""
+    picture: Int
+    """(S,) never falling."""
+    seen_by: Int
+    """(S,) index of the view."""
+
+
+class Sums(NamedTuple):
+    """Blocks of N pictures and P shared unknowns."""
+
+    shared: Float
+    """(N, P, P)."""
+    side: Float
+    """(N, P) its right side."""
+    between: Float
+    """(N, 6, P)."""
+    pose: Float
+    """(N, 6, 6)."""
+    pull: Float
+    """(N, 6) its right side."""
+    follow: Float
+    """(S, 6, C + 7) how the motion of each sighting follows, see `_loosen`; S = 0 without ties."""
+
+    @classmethod
+    def none_yet(cls, pictures: int, count: int, ties: int, width: int) -> "Sums":
+        """Zeros, for so many pictures, shared unknowns, sightings with ties, columns of a row."""
+        return cls(
+            np.zeros((pictures, count, count)),
+            np.zeros((pictures, count)),
+            np.zeros((pictures, POSE, count)),
+            np.zeros((pictures, POSE, POSE)),
+            np.zeros((pictures, POSE)),
+            np.zeros((ties, POSE, width + 1)),
+        )
+
+
 @kernel()
 def accumulate(
-    jacobian: Float,
-    residual: Float,
-    weight: Float,
-    start: Int,
-    picture: Int,
-    view: Int,
-    columns: Int,
-    picture_count: int,
-    count: int,
-    tie: Float,
-    motion: Float,
-) -> tuple[Float, Float, Float, Float, Float, Float]:
-    """Sum J^T W J and J^T W r of all sightings into blocks.
+    sightings: Sightings, columns: Int, tie: Float, motion: Float, first: int, last: int, sums: Sums
+) -> None:
+    """Sum J^T W J and J^T W r of some sightings into blocks of their pictures.
 
     The normal matrix is an arrow: [S B^T; B A], where S holds what pictures share (cameras, board)
     and A is block diagonal, a pose of 6 to each picture. A sighting touches the local columns of
     its own camera only, and `columns` says where among the shared ones they belong.
 
     Args:
-        jacobian: (M, 2, C + 6); the last six columns belong to the board's pose.
-        residual: (M, 2).
-        weight: (M,) inverse variances.
-        start: (S + 1,) first point of each sighting.
-        picture: (S,).
-        view: (S,).
+        sightings: what is summed.
         columns: (V, C) place of the local columns among the shared unknowns, -1 fixed.
-        picture_count: N.
-        count: P.
         tie: (S, 6, 6) information that ties each sighting's own pose to its picture's; (0, 6, 6)
             where a picture has one pose.
         motion: (S, 6) from the picture's pose to that of each sighting; (0, 6) likewise.
-
-    Returns:
-        Shared block of each picture (N, P, P), its right side (N, P), the blocks between (N, 6, P),
-        the blocks of the poses (N, 6, 6), their right sides (N, 6), and how the motion of each
-        sighting follows (S, 6, C + 7), see `_loosen`; (0, 6, C + 7) without ties.
+        first: sighting to begin with; all of a picture are summed in one call.
+        last: sighting to stop before.
+        sums: added to.
     """
-    width = jacobian.shape[2]
+    width = sightings.jacobian.shape[2]
     local = width - POSE
-    shared = np.zeros((picture_count, count, count))
-    side = np.zeros((picture_count, count))
-    between = np.zeros((picture_count, POSE, count))
-    pose = np.zeros((picture_count, POSE, POSE))
-    pull = np.zeros((picture_count, POSE))
     gram = np.zeros((width, width))
     pulled = np.zeros(width)
-    follow = np.zeros((tie.shape[0], POSE, width + 1))
-    for s in range(view.size):
+    start = sightings.start
+    for s in range(first, last):
         rows = slice(start[s], start[s + 1])
-        _sum_points(jacobian[rows], residual[rows], weight[rows], gram, pulled)
+        _sum_points(
+            sightings.jacobian[rows], sightings.residual[rows], sightings.weight[rows], gram, pulled
+        )
         if tie.shape[0] > 0:
-            _loosen(gram, pulled, tie[s], motion[s], follow[s])
-        n = picture[s]
-        _add_block(gram, columns[view[s]], shared[n], between[n])
+            _loosen(gram, pulled, tie[s], motion[s], sums.follow[s])
+        n, place = sightings.picture[s], columns[sightings.seen_by[s]]
+        _add_block(gram, place, sums.shared[n], sums.between[n])
         for i in range(local):
-            if columns[view[s], i] >= 0:
-                side[n, columns[view[s], i]] += pulled[i]
-        pull[n] += pulled[local:]
-        pose[n] += gram[local:, local:]
-    return shared, side, between, pose, pull, follow
+            if place[i] >= 0:
+                sums.side[n, place[i]] += pulled[i]
+        sums.pull[n] += pulled[local:]
+        sums.pose[n] += gram[local:, local:]
 
 
 @kernel()
@@ -114,20 +139,27 @@ def _loosen(gram: Float, pulled: Float, tie: Float, motion: Float, follow: Float
 def _sum_points(
     jacobian: Float, residual: Float, weight: Float, gram: Float, pulled: Float
 ) -> None:
-    """Set gram to J^T W J and pulled to J^T W r of one sighting."""
+    """Set gram to J^T W J and pulled to J^T W r of one sighting.
+
+    Two points at a time: the sums are then read and written half as often.
+    """
     width = gram.shape[0]
     gram[:] = 0.0
     pulled[:] = 0.0
-    for m in range(weight.size):
-        if weight[m] == 0.0:
-            continue
-        for axis in range(2):
-            row = jacobian[m, axis]
-            for i in range(width):
-                scaled = weight[m] * row[i]
-                pulled[i] += scaled * residual[m, axis]
-                for j in range(i + 1):
-                    gram[i, j] += scaled * row[j]
+    used = np.flatnonzero(weight)
+    for at in range(0, used.size, 2):
+        m = used[at]
+        last = at + 1 == used.size
+        n = m if last else used[at + 1]
+        own, other = weight[m], 0.0 if last else weight[n]
+        a, b, c, d = jacobian[m, 0], jacobian[m, 1], jacobian[n, 0], jacobian[n, 1]
+        for i in range(width):
+            p, q, r, t = own * a[i], own * b[i], other * c[i], other * d[i]
+            pulled[i] += p * residual[m, 0] + q * residual[m, 1]
+            pulled[i] += r * residual[n, 0] + t * residual[n, 1]
+            row = gram[i]
+            for j in range(i + 1):
+                row[j] += (p * a[j] + q * b[j]) + (r * c[j] + t * d[j])
     for i in range(width):
         for j in range(i):
             gram[j, i] = gram[i, j]

@@ -10,16 +10,18 @@ import numpy as np
 
 from rig.arrays import Float
 from rig.geometry.bundle.kernels import (
+    Sightings,
+    Sums,
     accumulate,
     eliminate,
     factorise,
     solve_factorised,
     subtract_gram,
 )
-from rig.geometry.bundle.linearise import Linearised, Target
+from rig.geometry.bundle.linearise import Linearised, Target, share_out
 from rig.geometry.bundle.observations import Observations
 from rig.geometry.bundle.priors import Pull, StageStops, pull_of_shared, stage_rows
-from rig.geometry.bundle.unknowns import POSE, Layout, Unknowns
+from rig.geometry.bundle.unknowns import POSE, Int, Layout, Unknowns
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +101,20 @@ def solve(matrix: Float, sides: Float) -> Float | None:
     return answer * scale[:, None]
 
 
+def sum_up(
+    sightings: Sightings, columns: Int, pictures: int, count: int, tie: Float, motion: Float
+) -> Sums:
+    """Sum all sightings; pictures are shared between threads, and each is summed in one order."""
+    sums = Sums.none_yet(pictures, count, len(tie), sightings.jacobian.shape[2])
+    edges = np.searchsorted(sightings.picture, np.arange(pictures + 1)).tolist()
+
+    def work(first: int, last: int) -> None:
+        accumulate(sightings, columns, tie, motion, edges[first], edges[last], sums)
+
+    share_out(work, pictures, len(sightings.weight))
+    return sums
+
+
 def form(
     observed: Observations,
     target: Target,
@@ -126,18 +142,16 @@ def form(
         tie, motion = np.zeros((0, POSE, POSE)), np.zeros((0, POSE))
     else:
         motion = at.motion
-    shared, side, between, pose, pull, follow = accumulate(
+    sightings = Sightings(
         linear.jacobian,
         linear.residual_px,
         weight,
         observed.start,
         observed.picture,
         observed.view,
-        layout.sighting_columns,
-        len(observed.pictures),
-        layout.count,
-        tie,
-        motion,
+    )
+    shared, side, between, pose, pull, follow = sum_up(
+        sightings, layout.sighting_columns, len(observed.pictures), layout.count, tie, motion
     )
     if stops is not None:
         rows = stage_rows(at, stops)

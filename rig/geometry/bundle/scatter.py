@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rig.arrays import Float
+from rig.compute.kernel import kernel
 from rig.geometry.bundle.observations import Observations
 
 FREEDOM = 8.0
@@ -61,14 +63,9 @@ def measure_scatter(
     for view, own in enumerate(of_view):
         if own.any():
             view_scale[view] = _scale(square[own])
-    sighting_scale = np.ones(len(observed.view))
-    for index, view in enumerate(observed.view):
-        own = square[observed.points(index)]
-        ratio = (_scale(own) / view_scale[view]) ** 2
-        count = 2.0 * own.size
-        sighting_scale[index] = np.sqrt(
-            (SIGHTING_FREEDOM + count * ratio) / (SIGHTING_FREEDOM + count)
-        )
+    ratio = (_scales(square, observed.start) / view_scale[observed.view]) ** 2
+    count = 2.0 * np.diff(observed.start)
+    sighting_scale = np.sqrt((SIGHTING_FREEDOM + count * ratio) / (SIGHTING_FREEDOM + count))
     scale = view_scale[observed.view] * sighting_scale
     sigma_px = told_px * scale[sighting]
     return Scatter(
@@ -98,9 +95,20 @@ def _floor_px(length_px2: Float, sigma_px: Float) -> float:
 
 def _scale(square: Float) -> float:
     """Scale of (N,) squared lengths from their median; the least one where they vanish."""
-    ordered = np.sort(square)  # inf stays last; np.median takes ten times as long on few numbers
-    middle = (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
+    places = [(len(square) - 1) // 2, len(square) // 2]
+    middle = np.partition(square, places)[places].mean()  # inf stays last
     return float(np.clip(np.sqrt(middle / _MEDIAN_SQUARE), _LEAST_SCALE, 1 / _LEAST_SCALE))
+
+
+@kernel()
+def _scales(square: Float, start: NDArray[np.int64]) -> Float:
+    """(S,) the same of S short parts, from `start` (S + 1,)."""
+    scales = np.empty(start.size - 1)
+    for s in range(start.size - 1):
+        ordered = np.sort(square[start[s] : start[s + 1]])
+        middle = (ordered[(ordered.size - 1) // 2] + ordered[ordered.size // 2]) / 2
+        scales[s] = min(max(np.sqrt(middle / _MEDIAN_SQUARE), _LEAST_SCALE), 1 / _LEAST_SCALE)
+    return scales
 
 
 def point_weights(scatter: Scatter, *, reject: bool) -> Float:

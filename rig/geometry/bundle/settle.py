@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rig.arrays import Float
-from rig.geometry.bundle.linearise import Linearised, Target, linearise
+from rig.geometry.bundle.linearise import Linearised, Target, linearise, residuals_px
 from rig.geometry.bundle.normal import follow_on, form
 from rig.geometry.bundle.observations import Observations
 from rig.geometry.bundle.priors import StageStops, pull_of_shared, stage_rows
@@ -58,7 +58,7 @@ def settle(
     """
     at, steps = start, 0
     linear = linearise(problem.observed, problem.target, at)
-    best, normal = _cost(problem, at, linear, weight), None
+    best, normal = _cost(problem, at, linear.residual_px, weight), None
     while steps < most_steps and damping < _MOST_DAMPING:
         if normal is None:
             normal = form(
@@ -72,11 +72,12 @@ def settle(
             continue
         motion = follow_on(normal, problem.observed, problem.layout, *step)
         tried = at.moved(problem.layout, *step, motion)
-        there = linearise(problem.observed, problem.target, tried)
-        cost = _cost(problem, tried, there, weight)
+        there_px = residuals_px(problem.observed, problem.target, tried)
+        cost = _cost(problem, tried, there_px, weight)
         done = damping <= _LIGHT_DAMPING and abs(best - cost) < _SETTLED * best
         if cost < best:
-            at, linear, best, normal = tried, there, cost, None
+            at, best, normal = tried, cost, None
+            linear = linearise(problem.observed, problem.target, at, linear.jacobian)
             damping, steps = max(damping / _FALL, _LEAST_DAMPING), steps + 1
         else:
             damping *= _GROWTH
@@ -85,9 +86,9 @@ def settle(
     return at, linear
 
 
-def _cost(problem: Problem, at: Unknowns, linear: Linearised, weight: Float) -> float:
+def _cost(problem: Problem, at: Unknowns, residual_px: Float, weight: Float) -> float:
     """Weighted squares of points, priors and stage; infinite where a point is behind a camera."""
-    square = np.sum(linear.residual_px**2, axis=1)
+    square = np.sum(residual_px**2, axis=1)
     used = weight > 0
     cost = float(np.sum(square[used] * weight[used]))
     cost += pull_of_shared(at, problem.layout, problem.target).cost

@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
 from rig.arrays import Float
+from rig.compute.bands import run_side_by_side
 from rig.errors import ConfigError
 from rig.geometry.bundle.adjust import Adjusted, adjust, readjust
 from rig.geometry.bundle.depth_error import depth_errors
@@ -209,14 +211,30 @@ def _first(
 def _choose(
     question: _Question, first: Adjusted, lens: LensModel | Literal["auto"] | None
 ) -> tuple[Adjusted, Float, tuple[LensScore, ...]]:
-    """Solve with every candidate, from the first solution, and keep the one that predicts best."""
+    """Solve with every candidate, from the first solution, and keep the one that predicts best.
+
+    Where a first lens explains all views by boards at rest, the others are compared with boards at
+    rest as well: a motion that only another lens sees is most likely its misfit. Whichever is kept
+    is asked for motions again.
+    """
     own = first.at.lenses[question.reference]
-    tried: dict[LensModel, tuple[Adjusted, Float]] = {}
-    for model in SIMPLEST_FIRST if lens == "auto" else (own,):
-        solved = first if model == own else _with(question, first.at, model)
-        tried[model] = (solved, held_out_residuals(solved))
+    models = SIMPLEST_FIRST if lens == "auto" else (own,)
+    free = replace(question.free, motion=question.free.motion and first.motion is not None)
+    at_rest = replace(question, free=free)
+
+    def judged(model: LensModel) -> tuple[Adjusted, Float]:
+        solved = first if model == own else _with(at_rest, first.at, model)
+        return solved, held_out_residuals(solved)
+
+    tried = dict(zip(models, run_side_by_side(*(partial(judged, m) for m in models)), strict=True))
     scores = score_lenses([(model, picture_squares_px2(*both)) for model, both in tried.items()])
-    return *tried[choose_lens(scores)], scores
+    best, held_out = tried[choose_lens(scores)]
+    if question.free.motion and best is not first and best.motion is None:
+        q = question
+        asked = readjust(q.observed, q.target, best.at, q.reference, q.stops, q.free)
+        if asked.motion is not None:
+            best, held_out = asked, held_out_residuals(asked)
+    return best, held_out, scores
 
 
 def _with(question: _Question, near: Unknowns, lens: LensModel) -> Adjusted:

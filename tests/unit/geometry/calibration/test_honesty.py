@@ -81,8 +81,12 @@ def test_sigmas_hold_also_where_the_errors_of_a_picture_have_something_in_common
 
 BITS = """
 import hashlib
-from tests.unit.geometry.calibration.test_honesty import SCENE, shaken, solve
-print(hashlib.sha256(solve(shaken(SCENE, 1, 0.02)).to_json().encode()).hexdigest())
+from rig.geometry.bundle.linearise import FEWEST_SHARED
+from tests.support.calibration_scene import random_scene
+from tests.unit.geometry.calibration.test_honesty import shaken, solve
+sightings = shaken(random_scene(4, 40), 1, 0.02)
+assert sum(map(len, sightings)) > FEWEST_SHARED
+print(hashlib.sha256(solve(sightings).to_json().encode()).hexdigest())
 """
 
 
@@ -94,7 +98,8 @@ def test_the_same_input_gives_the_same_bits_whatever_the_threads_and_the_order()
         subprocess.run(
             [sys.executable, "-c", BITS],
             cwd=ROOT,
-            env=os.environ | {"OPENBLAS_NUM_THREADS": threads, "PYTHONPATH": str(ROOT)},
+            env=os.environ
+            | {"OPENBLAS_NUM_THREADS": threads, "RIG_THREADS": threads, "PYTHONPATH": str(ROOT)},
             capture_output=True,
             text=True,
             check=True,

@@ -7,13 +7,13 @@ import pytest
 
 from rig.arrays import Float
 from rig.geometry.bundle.kernels import (
-    accumulate,
+    Sightings,
     eliminate,
     factorise,
     solve_factorised,
     subtract_gram,
 )
-from rig.geometry.bundle.normal import Normal, solve
+from rig.geometry.bundle.normal import Normal, solve, sum_up
 from rig.geometry.bundle.priors import Pull
 from rig.geometry.bundle.uncertainty import _forward, picture_information
 
@@ -54,9 +54,9 @@ class Sums:
         )
 
     def normal(self) -> Normal:
-        shared, side, between, pose, pull, follow = accumulate(
-            self.jacobian, self.residual, self.weight, START, PICTURE, VIEW, COLUMNS, BOARDS,
-            COUNT, self.tie, self.motion,
+        shared, side, between, pose, pull, follow = sum_up(
+            Sightings(self.jacobian, self.residual, self.weight, START, PICTURE, VIEW),
+            COLUMNS, BOARDS, COUNT, self.tie, self.motion,
         )  # fmt: skip
         prior = Pull(np.full(COUNT, 0.5), np.linspace(-1.0, 1.0, COUNT), 0.0)
         return Normal(shared, side, prior, between, pose, pull, follow)
