@@ -1,9 +1,10 @@
 """Corners as the fitter finds them: small pictures rendered around each, blur and noise included.
 
 Around every corner the true projection is inverted by a cubic (good to 1e-4 px), the checkers are
-sampled four times a pixel each way, blurred, integrated over the pixel, given noise and digitised;
-then the fitter that finds corners of real pictures runs on them, with the room that the markers of
-a ChArUco board leave it.
+averaged over cells of a quarter of a pixel, blurred, integrated over the pixel, given noise and
+digitised; then the fitter that finds corners of real pictures runs on them, with the room that the
+markers of a ChArUco board leave it. Averaged and not sampled: edges along the rows would lie up to
+0.12 px beside their place, which is ten times what the fitter misses.
 """
 
 from collections.abc import Sequence
@@ -129,23 +130,34 @@ def _render(inverse: Float, off_px: Float, ids: NDArray[np.intp], blur_px: float
 
 @kernel()
 def _checkers(cubic: Float, x_px: Float, y_px: Float) -> Float:
-    """(Y, X) 1 where the board is white and -1 where it is black, at px about a corner."""
+    """(Y, X) from 1 where the board is white to -1 where it is black, at cells about a corner."""
     white = np.empty((y_px.size, x_px.size))
     for j in range(y_px.size):
         y = y_px[j]
         for i in range(x_px.size):
             x = x_px[i]
-            across = down = 0.0
+            both = 1.0
             for axis in range(2):
                 c = cubic[:, axis]
                 value = c[0] + x * (c[1] + x * (c[3] + x * c[6] + y * c[7]))
                 value += y * (c[2] + x * (c[4] + y * c[8]) + y * (c[5] + y * c[9]))
-                if axis == 0:
-                    across = value
-                else:
-                    down = value
-            white[j, i] = np.sign(across) * np.sign(down)
+                by_x = c[1] + x * (2 * c[3] + 3 * x * c[6] + 2 * y * c[7]) + y * (c[4] + y * c[8])
+                by_y = c[2] + y * (2 * c[5] + 3 * y * c[9] + 2 * x * c[8]) + x * (c[4] + x * c[7])
+                both *= _mean_sign(value, abs(by_x) / _FINE, abs(by_y) / _FINE)
+            white[j, i] = both
     return white
+
+
+@kernel()
+def _mean_sign(middle: float, by_width: float, by_height: float) -> float:
+    """Mean sign over a cell of what grows evenly across it, by so much over width and height."""
+    most, least = max(by_width, by_height), min(by_width, by_height)
+    size = abs(middle)
+    if size >= (most + least) / 2:
+        return np.sign(middle)
+    if size <= (most - least) / 2:
+        return 2 * middle / most
+    return np.sign(middle) * (1 - ((most + least) / 2 - size) ** 2 / (most * least))
 
 
 def _blur(fine: Float, blur_px: float) -> Float:
