@@ -93,6 +93,8 @@ def blame(pairs: Sequence[Pair], view_count: int) -> list[tuple[int, ...]]:
 def find_step(pairs: Sequence[Pair]) -> int | None:
     """Index of the first picture after a camera was moved; None if no single move explains it.
 
+    Nor where leaving one picture out explains more: then the board moved in that one.
+
     Args:
         pairs: of the same two views, in the order of the pictures.
     """
@@ -103,8 +105,10 @@ def find_step(pairs: Sequence[Pair]) -> int | None:
         (_misfit(pairs[:k]) + _misfit(pairs[k:]), k)
         for k in range(_FEWEST_PICTURES, len(pairs) - _FEWEST_PICTURES + 1)
     )
-    enough = whole > 6 * _SIGMAS**2 and misfit < _STEP_SHARE * whole
-    return pairs[place].picture if enough else None
+    if whole <= 6 * _SIGMAS**2 or misfit >= _STEP_SHARE * whole:
+        return None
+    without = min(_misfit([*pairs[:k], *pairs[k + 1 :]]) for k in range(len(pairs)))
+    return pairs[place].picture if misfit < without else None
 
 
 def _misfit(pairs: Sequence[Pair]) -> float:

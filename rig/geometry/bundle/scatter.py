@@ -76,8 +76,7 @@ def measure_scatter(
 def _floor_px(length_px2: Float, sigma_px: Float) -> float:
     """Likeliest floor under the detector's sigmas (M,), for residuals of squared lengths (M,).
 
-    For normal errors of a common scale, told by the median; the rest of the likelihood is the
-    spread of the sigmas.
+    Under Student's t in two dimensions, with a common scale that the median tells.
     """
     finite = np.isfinite(length_px2)
     if not finite.any():
@@ -87,9 +86,11 @@ def _floor_px(length_px2: Float, sigma_px: Float) -> float:
     misfits: list[float] = []
     for floor in floors:
         variance = sigma_px[finite] ** 2 + floor**2
-        misfits.append(
-            2.0 * np.log(_scale(length_px2[finite] / variance)) + float(np.mean(np.log(variance)))
-        )
+        square = length_px2[finite] / variance
+        scale = _scale(square)
+        tail = float(np.mean(np.log1p(square / (FREEDOM * scale**2))))
+        spread = 2.0 * np.log(scale) + float(np.mean(np.log(variance)))
+        misfits.append(spread + (FREEDOM + 2.0) / 2.0 * tail)
     return float(floors[int(np.argmin(misfits))])
 
 

@@ -34,7 +34,7 @@ def judge(
     depth_error: Sequence[DepthError],
     steps: NDArray[np.float64] | None,
 ) -> Verdict:
-    """Collect what speaks against a calibration: bad data, then gaps, then what is left.
+    """Collect what speaks against a calibration: bad data, then gaps, then what they come to.
 
     Args:
         adjusted: the solve.
@@ -45,7 +45,6 @@ def judge(
     """
     reasons = repeated(adjusted.problem.observed)
     reasons += find_bad_data(adjusted, geometry, steps)
-    reasons += find_gaps(adjusted, geometry)
     reasons += _outliers(adjusted)
     if not reasons and uncertainty.clustering > _MOST_CLUSTERING:
         reasons.append(
@@ -56,6 +55,7 @@ def judge(
                 "board that bends, or a rolling shutter",
             )
         )
+    reasons += find_gaps(adjusted, geometry)
     reasons += _depth(depth_error)
     if len(geometry.names) == 1:
         reasons += _directions(adjusted, geometry)
