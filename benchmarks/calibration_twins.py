@@ -21,9 +21,12 @@ from benchmarks.calibration_real import (
     SHARED,
     Pictures,
     depths_apart_pct,
+    grid_px,
     opencv,
     read,
+    seen_px,
 )
+from rig.arrays import Float
 from rig.calibrate.sight import all_sightings
 from rig.errors import CalibrationError
 from rig.geometry.bundle import Calibration, solve_rig
@@ -33,56 +36,76 @@ from rig.geometry.pose import Pose
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.sighting import Sighting
 
+Halves = tuple[RigGeometry, RigGeometry]
+
 
 @dataclass
 class Apart:
     """Differences of depth at 1 m between two halves, %, a number a split."""
 
+    pixels: Float
+    """(G, 2) of the reference picture, where depths are compared."""
     ours: list[float] = field(default_factory=list[float])
     stated: list[float] = field(default_factory=list[float])
     """1 sigma of ours."""
     opencv: list[float] = field(default_factory=list[float])
 
-    def split(self, found: Pictures, sightings: Sequence[Sighting], order: Sequence[int]) -> None:
-        """Calibrate every other picture of an order, and the rest."""
-        halves = [[s for s in sightings if s.picture in set(order[k::2])] for k in (0, 1)]
-        try:
-            first, second = (_solved(found, half).geometry for half in halves)
-            theirs = [opencv(found, half) for half in halves]
-        except (CalibrationError, cv2.error):
-            return
-        self.ours.append(depths_apart_pct(first, second))
-        self.opencv.append(depths_apart_pct(*theirs))
-        self.stated.append(float(np.hypot(_sigma_pct(first), _sigma_pct(second))))
+    def add(self, halves: Halves, theirs: Halves) -> None:
+        """Compare two halves, solved by us and by OpenCV."""
+        self.ours.append(depths_apart_pct(*halves, self.pixels))
+        self.opencv.append(depths_apart_pct(*theirs, self.pixels))
+        one_mm, other_mm = (depth_sigma_mm(half, AT_MM, self.pixels) for half in halves)
+        sigma_mm = np.hypot(one_mm, other_mm)
+        self.stated.append(float(np.sqrt(np.nanmean(sigma_mm**2))) / AT_MM * 100)
 
     def print(self, name: str) -> None:
         """One line of the table."""
-        rows = [np.array(values) for values in (self.ours, self.opencv)]
-        wide = np.array(self.ours) / np.array(self.stated)
+        ours, theirs, stated = map(np.array, (self.ours, self.opencv, self.stated))
         print(
-            f"  {name:>12}: {len(wide)} splits, halves apart "
+            f"  {name:>37}: {len(ours)} splits, halves apart "
             + ", ".join(
                 f"{tool} {np.median(row):.2f} (rms {np.sqrt(np.mean(row**2)):.2f}) %"
-                for tool, row in zip(("rig", "OpenCV"), rows, strict=True)
+                for tool, row in (("rig", ours), ("OpenCV", theirs))
             )
-            + f"; rig over its stated sigma: rms {np.sqrt(np.mean(wide**2)):.2f}, median "
-            f"{np.median(wide):.2f}; rig nearer than OpenCV in {np.mean(rows[0] < rows[1]):.0%}",
+            + f"; rig over its stated sigma {np.sqrt(np.mean((ours / stated) ** 2)):.2f} rms, "
+            f"{np.median(ours / stated):.2f} median; rig nearer in {np.mean(ours < theirs):.0%}",
             flush=True,
         )
 
 
+@dataclass
+class Splits:
+    """Halves of one set, compared where boards were seen and all over the picture."""
+
+    found: Pictures
+    seen: Apart
+    whole: Apart
+
+    @classmethod
+    def of(cls, found: Pictures) -> "Splits":
+        """None yet."""
+        return cls(found, Apart(seen_px(found)), Apart(grid_px(found)))
+
+    def add(self, sightings: Sequence[Sighting], order: Sequence[int]) -> None:
+        """Calibrate every other picture of an order, and the rest; nothing where neither can be."""
+        halves = [[s for s in sightings if s.picture in set(order[k::2])] for k in (0, 1)]
+        try:
+            one, other = (_solved(self.found, half).geometry for half in halves)
+            theirs = opencv(self.found, halves[0]), opencv(self.found, halves[1])
+        except (CalibrationError, cv2.error) as error:
+            print(f"  left out: {error}")
+            return
+        self.seen.add((one, other), theirs)
+        self.whole.add((one, other), theirs)
+
+    def print(self, name: str) -> None:
+        """Two lines."""
+        self.seen.print(f"{name}, where boards were seen")
+        self.whole.print(f"{name}, whole picture")
+
+
 def _solved(found: Pictures, sightings: Sequence[Sighting]) -> Calibration:
     return solve_rig(sightings, found.points_mm, found.sizes_px, found.names, 0, lens="brown5")
-
-
-def _sigma_pct(geometry: RigGeometry) -> float:
-    """Rms of the stated sigma over the grid on which depths are compared."""
-    camera = geometry.cameras[0]
-    x, y = np.meshgrid(
-        np.linspace(0.1, 0.9, 9) * camera.width_px, np.linspace(0.1, 0.9, 7) * camera.height_px
-    )
-    sigma_mm = depth_sigma_mm(geometry, AT_MM, np.stack([x.ravel(), y.ravel()], axis=1))
-    return float(np.sqrt(np.nanmean(sigma_mm**2))) / AT_MM * 100
 
 
 def _drawn(found: Calibration, rng: np.random.Generator) -> list[Sighting]:
@@ -118,13 +141,13 @@ def study(name: str, splits: int, draws: int) -> None:
     whole = _solved(found, every)
     print(f"{name}: {len(whole.pictures)} pictures")
     rng = np.random.default_rng(1)
-    real, again = Apart(), Apart()
-    real.split(found, every, whole.pictures)  # even and odd
+    real, again = Splits.of(found), Splits.of(found)
+    real.add(every, whole.pictures)  # even and odd
     for _ in range(splits - 1):
-        real.split(found, every, _order(whole.pictures, rng))
+        real.add(every, _order(whole.pictures, rng))
     real.print("as they are")
     for _ in range(draws):
-        again.split(found, _drawn(whole, rng), _order(whole.pictures, rng))
+        again.add(_drawn(whole, rng), _order(whole.pictures, rng))
     again.print("drawn again")
 
 
