@@ -3,7 +3,15 @@
 from dataclasses import dataclass, field
 
 from rig.errors import ConfigError
-from rig.profile.kinds import BuiltIn, CameraTemplate, NewCamera, NewStage, StageTemplate, ToldViews
+from rig.profile.kinds import (
+    BuiltIn,
+    CameraTemplate,
+    NewCamera,
+    NewStage,
+    StageTemplate,
+    ToldSensor,
+    ToldViews,
+)
 from rig.profile.parts import layouts, places_of
 from rig.profile.plugins import CAMERAS, STAGES
 from rig.profile.targets import TargetConfig
