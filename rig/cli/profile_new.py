@@ -117,7 +117,7 @@ def new_profile(
     """
     from rig.profile.load import load_profile
     from rig.profile.new import copied_text, write_new
-    from rig.profile.plugged import recipe_for
+    from rig.profile.plugged import recipe_for, told_views
     from rig.profile.template import profile_text
 
     if diameter_mm is not None and target is None:
@@ -133,14 +133,22 @@ def new_profile(
         from rig.hardware.find import find_devices
 
         board = None if target is None else _described(target, diameter_mm)
+        findings = find_devices(timeout_s=5.0)
+        told, notes = None, ()
+        if views is None and layout is None:
+            told, notes = told_views(findings, camera=camera)
+        for note in notes:
+            tell(note)
         recipe = recipe_for(
             name,
-            find_devices(timeout_s=5.0),
+            findings,
             camera=camera,
             views=views,
             stage=None if stage == NO_STAGE else stage,
             has_stage=stage != NO_STAGE and (stage is not None or views != 1),
             layout=layout,
+            told=told,
+            notes=notes,
         )
         text = profile_text(replace(recipe, target=board))
     write_new(path, text)

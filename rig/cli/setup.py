@@ -1,6 +1,7 @@
 """`rig setup`: a guided first run, by the verbs that everybody uses."""
 
 import sys
+import termios
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, cast
@@ -42,17 +43,41 @@ def setup(
         return
     behind: dict[str, str] = {}
     while (step := _next(_shown(wish, behind), behind)) is not None:
-        answer = _asked(
-            f"\n{step.name}: {step.why}\n  {step.command}\n[Enter] run, s skip, q leave: "
-        )
-        if answer is None or answer in _LEAVE:
-            tell(f"next: rig setup {profile_name} goes on with {step.command}")
-            return
-        if answer in _SKIP:
-            behind[step.name] = "skip"
-        elif not answer and _is_done(step):
-            behind[step.name] = "done"
-    tell(f"next: rig capture {profile_name}")
+        try:
+            answer = _asked(
+                f"\n{step.name}: {step.why}\n  {step.command}\n[Enter] run, s skip, q leave: "
+            )
+            if answer is None or answer in _LEAVE:
+                _tell_how_to_go_on(profile_name, step)
+                return
+            _answered(step, answer, behind)
+        except KeyboardInterrupt as error:  # at a question: a verb ends by itself
+            tell("")
+            _tell_how_to_go_on(profile_name, step)
+            raise typer.Exit(INTERRUPTED) from error
+    skipped = next((s for s in steps_of(wish, Path()) if _is_missing(s, behind)), None)
+    if skipped is None:
+        tell(f"next: rig capture {profile_name}")
+    else:
+        _tell_how_to_go_on(profile_name, skipped)
+
+
+def _answered(step: Step, answer: str, behind: dict[str, str]) -> None:
+    """Do what was answered, and note what is behind us."""
+    if answer in _SKIP:
+        behind[step.name] = "skip"
+    elif answer:
+        tell(f"{answer!r} is no answer: press Enter alone to run it, s to skip it, q to leave")
+    elif _is_done(step):
+        behind[step.name] = "done"
+
+
+def _tell_how_to_go_on(profile_name: str, step: Step) -> None:
+    tell(f"next: rig setup {profile_name} goes on with {step.command}")
+
+
+def _is_missing(step: Step, behind: Mapping[str, str]) -> bool:
+    return step.found is None and behind.get(step.name) == "skip"
 
 
 def _say(wish: Wish, *, as_json: bool) -> None:
@@ -117,7 +142,11 @@ def _is_done(step: Step) -> bool:
 
 
 def _asked(question: str) -> str | None:
-    """Ask a person; None where nobody can answer any more."""
+    """Ask a person; None where nobody can answer any more.
+
+    What was typed before the question is no answer to it: the next step may move a carriage.
+    """
+    termios.tcflush(sys.stdin, termios.TCIFLUSH)
     tell_raw(question)
     line = sys.stdin.readline()
     return line.strip().lower() if line else None

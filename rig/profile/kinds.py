@@ -66,6 +66,8 @@ class NewCamera:
     height_px: int
     layout: str | None = None
     """How the views lie in the one picture of the first device; None where each has its own."""
+    sensors: "Mapping[str, ToldSensor] | None" = None
+    """By view name: what the first device has told of its sensors; None where nobody has asked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +96,9 @@ class CameraTemplate:
     number places must be measured."""
     takes_layout: bool = False
     """Whether one device may give all views in one picture, see `NewCamera.layout`."""
+    ask: "Callable[[str, float], ToldViews] | None" = None
+    """Asks a plugged-in device, by its name, which views it has, within so many s; opens it for
+    that. May raise `RigError`. None where no device can tell."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +108,29 @@ class BuiltIn:
     pitch_mm: float
     places: Mapping[str, tuple[float, float]]
     """By name, in view steps right of and below the first, the reference."""
+
+
+@dataclass(frozen=True, slots=True)
+class ToldSensor:
+    """One sensor of a device, as the device tells it."""
+
+    socket: str
+    """Where it is, in the device's own word."""
+    width_px: int
+    height_px: int
+    """Of the pictures that a new profile asks it for."""
+    has_colour: bool
+    has_autofocus: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ToldViews:
+    """Which views a plugged-in device says that it has."""
+
+    sensors: Mapping[str, ToldSensor]
+    """By view name, the reference first."""
+    built_in: BuiltIn | None = None
+    """Their places; None where the device does not know them."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 
 from rig.discovery import Findings, FoundDevice
-from rig.errors import ConfigError
-from rig.profile.kinds import CameraTemplate
+from rig.errors import ConfigError, RigError
+from rig.profile.kinds import CameraTemplate, ToldViews
 from rig.profile.parts import places_of
 from rig.profile.plugins import CAMERAS, STAGES
 from rig.profile.template import (
@@ -20,6 +20,38 @@ _ByKind = Mapping[str, Sequence[FoundDevice]]
 """What every search found, by its name."""
 
 
+ASK_S = 30.0
+"""Longest wait for a device that must boot before it can tell what it has."""
+
+
+def told_views(
+    findings: Sequence[Findings], *, camera: str | None
+) -> tuple[ToldViews | None, tuple[str, ...]]:
+    """Ask the camera that a new profile would describe which views it has.
+
+    Args:
+        findings: what is plugged in.
+        camera: kind of camera; None takes the one that is plugged in.
+
+    Returns:
+        What it told, None where no device of the kind can tell; and lines for the head of the
+        profile, where one could not be asked.
+
+    Raises:
+        ConfigError: see `recipe_for`.
+    """
+    by_kind = {found.kind: found.devices for found in findings}
+    kind = camera or _camera_kind(by_kind)
+    ask, plugged = camera_template(kind).ask, _cameras(by_kind, kind)
+    if ask is None or not plugged or plugged[0].problem is not None:
+        return None, ()
+    try:
+        return ask(plugged[0].name, ASK_S), ()
+    except RigError as error:
+        note = f"{plugged[0].name} did not tell which sensors it has, so they are guessed: {error}"
+        return None, (" ".join(note.split()),)
+
+
 def recipe_for(
     name: str,
     findings: Sequence[Findings],
@@ -29,6 +61,8 @@ def recipe_for(
     stage: str | None,
     has_stage: bool = True,
     layout: str | None = None,
+    told: ToldViews | None = None,
+    notes: Sequence[str] = (),
 ) -> Recipe:
     """Decide what a new profile describes.
 
@@ -40,6 +74,8 @@ def recipe_for(
         stage: kind of stage; None takes it from the name of the adapter, else the likeliest.
         has_stage: whether there is one at all.
         layout: how all views lie in the picture of one device; None where each has its own.
+        told: what the camera has told of its views; None where it was not asked.
+        notes: further lines for the head of the file.
 
     Raises:
         ConfigError: nothing is plugged in and nothing was said, or cameras of several kinds are.
@@ -48,16 +84,24 @@ def recipe_for(
     kind = camera or _camera_kind(by_kind)
     plugged = _cameras(by_kind, kind)
     cameras = tuple(device.name for device in plugged)
-    stage_kind = (stage or _stage_kind(by_kind)) if has_stage else None
+    if told is not None:
+        count = len(told.sensors)
+    else:
+        guess = places_of(layout) if layout and not views else 0
+        count = views or guess or _views(camera_template(kind), plugged)
+    # One camera alone is calibrated by a board in the hand, unless somebody says otherwise.
+    is_alone = told is not None and count == 1 and stage is None
+    stage_kind = (stage or _stage_kind(by_kind)) if has_stage and not is_alone else None
     return Recipe(
         name=name,
         camera=kind,
-        views=views or (places_of(layout) if layout else _views(camera_template(kind), plugged)),
+        views=count,
         stage=stage_kind,
         cameras=cameras,
         stages=() if stage_kind is None else tuple(d.name for d in _stages(by_kind, stage_kind)),
-        notes=(*_notes(findings), *(() if layout else _offers(plugged))),
+        notes=(*notes, *_notes(findings), *(() if layout else _offers(plugged))),
         layout=layout,
+        told=told,
     )
 
 

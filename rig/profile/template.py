@@ -3,7 +3,15 @@
 from dataclasses import dataclass, field
 
 from rig.errors import ConfigError
-from rig.profile.kinds import CameraTemplate, NewCamera, NewStage, StageTemplate
+from rig.profile.kinds import (
+    BuiltIn,
+    CameraTemplate,
+    NewCamera,
+    NewStage,
+    StageTemplate,
+    ToldSensor,
+    ToldViews,
+)
 from rig.profile.parts import layouts, places_of
 from rig.profile.plugins import CAMERAS, STAGES
 from rig.profile.targets import TargetConfig
@@ -127,6 +135,8 @@ class Recipe:
     """Lines for the head of the file."""
     layout: str | None = None
     """How all views lie in the picture of one device; None where each has its own."""
+    told: ToldViews | None = None
+    """What the camera has told of its views; None where it was not asked."""
     target: TargetConfig | None = None
     """What is shown to the cameras; None for a board that is a guess."""
 
@@ -146,12 +156,12 @@ def profile_text(recipe: Recipe) -> str:
     camera = camera_template(recipe.camera)
     if recipe.views == 1:
         return _one_camera(camera, recipe)
-    built_in = next((b for b in camera.built_in if recipe.views == len(b.places)), None)
+    built_in, names = _arranged(camera, recipe)
     if built_in is not None:
         words, pitch_mm, places = _BUILT_IN, built_in.pitch_mm, built_in.places
     else:
-        words, pitch_mm, places = _MEASURED, _PITCH_MM, PLACES
-    names = tuple(places)[: recipe.views]
+        words, pitch_mm = _MEASURED, _PITCH_MM
+        places = dict(zip(names, PLACES.values(), strict=False))
     width_px, height_px = 1280, 800
     slope_px = pitch_mm * _FOCAL_PER_WIDTH * width_px
     parts = [
@@ -166,7 +176,14 @@ def profile_text(recipe: Recipe) -> str:
         ),
         *(_view(name, places[name]) for name in names),
         camera.section(
-            NewCamera(names, recipe.cameras, width_px, height_px, _layout(camera, recipe))
+            NewCamera(
+                names,
+                recipe.cameras,
+                width_px,
+                height_px,
+                _layout(camera, recipe),
+                None if recipe.told is None else recipe.told.sensors,
+            )
         ),
     ]
     if recipe.stage is not None:
@@ -179,6 +196,16 @@ def profile_text(recipe: Recipe) -> str:
     return "\n".join(parts)
 
 
+def _arranged(camera: CameraTemplate, recipe: Recipe) -> tuple[BuiltIn | None, tuple[str, ...]]:
+    """Return where the views are, None where that must be measured; and their names."""
+    if recipe.told is None:
+        known = next((b for b in camera.built_in if recipe.views == len(b.places)), None)
+        return known, tuple(PLACES if known is None else known.places)[: recipe.views]
+    names = tuple(recipe.told.sensors)
+    same = (b for b in camera.built_in if set(b.places) == set(names))
+    return recipe.told.built_in or next(same, None), names
+
+
 def _one_camera(camera: CameraTemplate, recipe: Recipe) -> str:
     """A profile of one camera alone: it has no steps, no slopes and no sweep."""
     if recipe.layout is not None or recipe.stage is not None:
@@ -188,7 +215,11 @@ def _one_camera(camera: CameraTemplate, recipe: Recipe) -> str:
             advice="one camera alone is calibrated by a board in the hand: --stage none, and no "
             "--layout",
         )
-    section = camera.section(NewCamera(("camera",), recipe.cameras, 1280, 800, None))
+    sensors: dict[str, ToldSensor] | None = None
+    if recipe.told is not None:
+        (sensor,) = recipe.told.sensors.values()
+        sensors = {"camera": sensor}
+    section = camera.section(NewCamera(("camera",), recipe.cameras, 1280, 800, None, sensors))
     notes = "".join(f"# {note}\n" for note in recipe.notes)
     head = _ONE_CAMERA.format(name=recipe.name, title=camera.title, notes=notes)
     return f"{head}\n{section}\n{_target(recipe)}"

@@ -15,9 +15,10 @@ ControlValue = bool | int | str
 
 # fmt: off
 V4l2PixelFormat = Literal[
-    "GREY", "Y10", "Y12", "Y16", "Y10P", "Y12P", "YUYV", "UYVY", "NV12", "MJPG",
-    "RGB3", "BGR3",
+    "GREY", "Y10", "Y12", "Y14", "Y16", "Y10P", "Y12P", "YUYV", "YVYU", "UYVY", "VYUY",
+    "NV12", "NV21", "NV16", "NV61", "YU12", "YV12", "MJPG", "JPEG", "RGB3", "BGR3",
     "BA81", "GBRG", "GRBG", "RGGB", "BG10", "GB10", "BA10", "RG10", "BG12", "GB12", "BA12", "RG12",
+    "BG14", "GB14", "GR14", "RG14", "BYR2", "GB16", "GR16", "RG16",
     "pBAA", "pGAA", "pgAA", "pRAA", "pBCC", "pGCC", "pgCC", "pRCC", "Y8I", "Y12I",
 ]
 # fmt: on
@@ -47,11 +48,11 @@ class V4l2CameraConfig(CameraConfig):
     rate_hz: Positive
     """Frames per second, as the devices offer it (within 0.5 %: 30 takes 29.97)."""
     pixel_format: V4l2PixelFormat
-    """How the pixels come. Grey formats are best; of YUYV, UYVY and NV12 the luma is taken; MJPG
-    loses detail and is last. 10 and 12 bits keep the sensor's counts (0..1023, 0..4095), packed (P)
-    or not. Bayer mosaics (RGGB, RG10, pRAA ...) become grey as (red + 2 green + blue) / 4, RGB3 and
-    BGR3 as 0.299 red + 0.587 green + 0.114 blue. Y8I and Y12I hold the pixels of two views in turn:
-    their `parts` are `interleaved`."""
+    """How the pixels come. Grey formats are best; of YUYV, NV12 and the like the luma is taken;
+    MJPG loses detail and is last. 10 to 16 bits keep the sensor's counts (0..1023, 0..4095 ...),
+    packed (P) or not. Bayer mosaics (RGGB, RG10, pRAA ...) become grey as
+    (red + 2 green + blue) / 4, RGB3 and BGR3 as 0.299 red + 0.587 green + 0.114 blue. Y8I and Y12I
+    hold the pixels of two views in turn: their `parts` are `interleaved`."""
     colour: bool = True
     """Whether to keep the colour picture beside the grey one that is measured, where the pixel
     format has colour; `false` spares the time of decoding it."""

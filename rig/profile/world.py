@@ -174,6 +174,9 @@ class FirmwareConfig(Model):
     homes_z_first: bool = False
     """Whether `$H` of a GRBL controller homes every axis, Z first, as stock firmware does: only
     the carriage has a switch, so that fails."""
+    homes_single_axis: bool = True
+    """Whether a grblHAL controller homes one axis alone (`$HX`); fresh from its makers it does
+    not."""
     connecting_s: NotNegative = 0.0
     """How long a GRBL controller with WiFi looks for its network before it answers."""
     zaber: ZaberFirmwareConfig = ZaberFirmwareConfig()

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 LONGEST_S = 300.0
+CTRL_C, CTRL_D = "\x03", "\x04"
 
 
 def typed(
@@ -18,7 +19,8 @@ def typed(
     Args:
         command: program and arguments.
         prompts: what of its output asks for an answer.
-        answers: in their order, each a line; None presses Enter at every prompt.
+        answers: in their order, each a line, or one control character (`CTRL_C`, `CTRL_D`); None
+            presses Enter at every prompt.
         folder: where it runs.
     """
     pid, terminal = pty.fork()
@@ -36,7 +38,8 @@ def typed(
         said += came
         asked = sum(said.count(prompt.encode()) for prompt in prompts)
         while given < (asked if answers is None else min(len(answers), asked)):
-            os.write(terminal, ("" if answers is None else answers[given]).encode() + b"\n")
+            answer = "" if answers is None else answers[given]
+            os.write(terminal, answer.encode() + (b"" if answer in (CTRL_C, CTRL_D) else b"\n"))
             given += 1
     os.close(terminal)
     return said.decode(errors="replace"), os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])

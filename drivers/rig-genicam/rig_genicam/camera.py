@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from typing import Final, Self
 
-from rig_drivers.late import LatenessRule
+from rig_drivers.late import LatenessRule, newest_frames
 from rig_drivers.rate import RateWatch
 
 from rig.devices import Clock, not_open
@@ -161,17 +161,15 @@ class GenicamCamera:
 
     def stream(self) -> Iterator[MultiView]:
         """See `Camera.stream`; frames from before the call are passed over."""
-        called_s = self._clock.now_s()
-        lateness = LatenessRule(self._period_s, waiting=BUFFERS)
-        while True:
-            asked_s, timeout_s = self._clock.now_s(), self._config.timeout_s
-            frame = self._next(asked_s + timeout_s, timeout_s)
-            if frame.timestamp_s < called_s:
-                continue
-            if lateness.passes_over(self._clock.now_s() - frame.timestamp_s):
-                self._counts["late"] += 1
-                continue
-            yield MultiView((frame,))
+        timeout_s = self._config.timeout_s
+        frames = newest_frames(
+            lambda deadline_s: self._next(deadline_s, timeout_s),
+            self._clock,
+            LatenessRule(self._period_s, waiting=BUFFERS),
+            timeout_s=timeout_s,
+            count_late=lambda: self._counts.update(late=1),
+        )
+        return (MultiView((frame,)) for frame in frames)
 
     def _next(self, deadline_s: float, timeout_s: float) -> Frame:
         """Return the next frame that can be used.

@@ -10,15 +10,18 @@ from rig_drivers.grbl.dialect import AXES, Dialect, Message, Setting, standstill
 from rig_drivers.grbl.homing import (
     EVERY_AXIS,
     FAILED_HOMING,
-    UNKNOWN_COMMAND,
+    FLUIDNC_HOMING_KEYS,
+    NOT_ALONE,
     homed_every_axis,
     homing_commands,
 )
 from rig_drivers.grbl.link import HOLD, RESET, GrblLink
 from rig_drivers.grbl.settings import (
+    FLUIDNC_IDLE,
     FLUIDNC_KEYS,
     GrblAxis,
     check_axis,
+    fluidnc_motor_at_rest,
     motor_at_rest,
     read_axis,
     read_fluidnc_axis,
@@ -71,12 +74,14 @@ class GrblController:
             "options": about.get("OPT", ""),
         }
         if banner.dialect is Dialect.FLUIDNC:
-            axis = read_fluidnc_axis(self._read_tree(), self._config, device=self._name)
+            values = self._read_tree()
+            axis = read_fluidnc_axis(values, self._config, device=self._name)
+            told |= fluidnc_motor_at_rest(values[FLUIDNC_IDLE])
         else:
             settings = self._read_settings()
             axis = read_axis(settings, options, self._config, device=self._name)
             told |= motor_at_rest(settings)
-        check_axis(self._config, axis, device=self._name)
+        check_axis(self._config, axis, device=self._name, dialect=banner.dialect)
         self._axis = axis
         return told
 
@@ -154,7 +159,7 @@ class GrblController:
             try:
                 self._link.command(command, timeout_s)
             except StageAlarmError as error:
-                if error.code != UNKNOWN_COMMAND:
+                if error.code not in NOT_ALONE:
                     raise
             else:
                 return
@@ -177,23 +182,23 @@ class GrblController:
     def _read_tree(self) -> dict[str, str]:
         """Read FluidNC's configuration of the axis; what it does not know is empty."""
         where = f"/axes/{self._config.axis.lower()}"
+        paths = {key: f"{where}/{key}" for key in (*FLUIDNC_KEYS, *FLUIDNC_HOMING_KEYS)}
+        paths[FLUIDNC_IDLE] = FLUIDNC_IDLE
+        return self._read_twice(
+            lambda: {key: self._read_value(path) for key, path in paths.items()}, f"${where}"
+        )
 
-        def read() -> dict[str, str]:
-            found: dict[str, str] = {}
-            for key in FLUIDNC_KEYS:
-                try:
-                    replies = self._link.command(f"${where}/{key}")
-                except StageAlarmError as error:
-                    if not error.code.startswith("error:"):
-                        raise
-                    found[key] = ""
-                    continue
-                texts = [m.text for m in replies if isinstance(m, Message)]
-                if texts:
-                    found[key] = texts[-1].strip()
-            return found
-
-        return self._read_twice(read, f"${where}")
+    def _read_value(self, path: str) -> str:
+        """Return one value of FluidNC's configuration; empty where it knows none."""
+        try:
+            replies = self._link.command(f"${path}")
+        except StageAlarmError as error:
+            if not error.code.startswith("error:"):
+                raise
+            return ""
+        # Between question and answer it may print messages of its own.
+        values = [m.text for m in replies if isinstance(m, Message) and m.kind == path]
+        return values[-1].strip() if values else ""
 
     def _read_twice(self, read: Callable[[], Values], what: str) -> Values:
         """Read until two readings agree: one damaged digit may cost a crash."""

@@ -91,7 +91,8 @@ _ALARM = re.compile(r"ALARM:(\d{1,3})", re.ASCII)
 _BANNER = re.compile(r"(Grbl\w*) (\d{1,3}\.\d{1,3}\w*) \[(FluidNC)?.*\]", re.ASCII)
 _SETTING = re.compile(r"\$(\d{1,3})=(-?\d{1,9}(?:\.\d{1,6})?)(?: \(.*\))?", re.ASCII)
 _TEXT_SETTING = re.compile(r"\$(\d{1,3}|/[a-z0-9_/]{1,60})=(.*)", re.ASCII)
-_MESSAGE = re.compile(r"\[([A-Za-z0-9]{1,8}):(.*)\]")
+_MESSAGE = re.compile(r"\[([A-Za-z0-9][A-Za-z0-9 ]{0,19}):(.*)\]", re.ASCII)
+"""grblHAL has kinds of two and three words, such as `NVS STORAGE`."""
 _STATUS = re.compile(r"<([A-Z][a-z]+(?::\d{1,2})?)((?:\|[ -;=?-{}~]+)*)>", re.ASCII)
 """Any field of printable characters: every descendant of GRBL adds keys of its own."""
 _POSITION = re.compile(r"-?\d{1,6}\.\d{3}", re.ASCII)
@@ -225,9 +226,33 @@ _REFUSALS = {
     20: ("an unknown G-code word", _DAMAGED),
     22: ("no feed rate", _DAMAGED),
     33: ("not a valid target", _DAMAGED),
-    152: ("FluidNC's configuration is invalid", "see its boot messages ($SS)"),
-    162: ("FluidNC takes this setting from its configuration file only", "set it there"),
 }
+
+_MORE_REFUSALS = {
+    Dialect.GRBL: {},
+    Dialect.GRBLHAL: {
+        18: ("the reset input is active", "release it, then home"),
+        45: ("a limit switch is closed", "clear the way, then home"),
+        46: ("homing is required", "home the stage"),
+        49: ("the self-test failed", "switch the controller off and on"),
+        50: ("the emergency stop is pressed", "release it, then home"),
+        51: ("the motor driver reports a fault", "check motor and driver, then home"),
+        55: ("homing is not configured", "set $22 and the axis of $44"),
+        79: ("an emergency has stopped everything", "mend its cause, then home"),
+    },
+    Dialect.FLUIDNC: {
+        5: ("no axis homes", "give the axis homing with a cycle in its configuration file"),
+        18: ("no axis has a homing cycle", "set homing/cycle in its configuration file"),
+        19: (
+            "this axis may not be homed alone",
+            "set homing/allow_single_axis to true in its configuration file",
+        ),
+        40: ("a control or limit pin is active", "release it, then home"),
+        130: ("the jog was cancelled", "home again"),
+        152: ("FluidNC's configuration is invalid", "see its boot messages ($SS)"),
+        162: ("FluidNC takes this setting from its configuration file only", "set it there"),
+    },
+}  # fmt: skip
 
 
 def alarm(device: str, code: int, dialect: Dialect = Dialect.GRBL) -> StageAlarmError:
@@ -238,8 +263,10 @@ def alarm(device: str, code: int, dialect: Dialect = Dialect.GRBL) -> StageAlarm
     return StageAlarmError(device, f"{name}: {found}", advice=advice, code=name)
 
 
-def refusal(device: str, line: str, code: int) -> StageAlarmError:
+def refusal(device: str, line: str, code: int, dialect: Dialect = Dialect.GRBL) -> StageAlarmError:
     """Return the error of a line that the controller refused."""
-    found, advice = _REFUSALS.get(code, ("unknown error", "see the GRBL documentation"))
+    refusals = _REFUSALS | _MORE_REFUSALS[dialect]
+    unknown = ("unknown error", f"see the documentation of {dialect.value}")
+    found, advice = refusals.get(code, unknown)
     name = f"error:{code}"
     return StageAlarmError(device, f"{line} was refused, {name}: {found}", advice=advice, code=name)

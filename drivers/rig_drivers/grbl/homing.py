@@ -1,7 +1,8 @@
 """By which command a descendant of GRBL finds the reference switch, and how long that takes.
 
 Source: GRBL v1.1 `config.h` (homing cycles, single-axis homing) and `limits.c`; the letters of
-`[OPT:...]` of GRBL and grblHAL; FluidNC's list of commands.
+`[OPT:...]` of GRBL and grblHAL; what grblHAL's `go_home` refuses; FluidNC's list of commands, and
+the phases of its homing.
 """
 
 from collections.abc import Mapping
@@ -10,7 +11,9 @@ from rig.errors import StageAlarmError
 from rig_drivers.grbl.dialect import Dialect
 
 EVERY_AXIS = "$H"
-UNKNOWN_COMMAND = "error:3"
+NOT_ALONE = ("error:3", "error:5")
+"""What is said to `$HX` where one axis cannot be homed alone: unknown, or (grblHAL without bit 1
+of $22) switched off."""
 FAILED_HOMING = ("ALARM:8", "ALARM:9")
 SEARCH, LOCATE, PAUSE, PULL_OFF = 25, 24, 26, 27
 """Settings: speeds in mm per minute, ms between the parts, mm."""
@@ -57,4 +60,28 @@ def homing_time_s(settings: Mapping[int, float], travel_mm: float) -> float | No
         back_mm = settings[PULL_OFF]
         return (travel_mm + 2.0 * back_mm) / search_mm_s + back_mm / locate_mm_s + pauses_s
     except (KeyError, ZeroDivisionError):
+        return None
+
+
+FLUIDNC_HOMING_KEYS = (
+    "homing/seek_mm_per_min",
+    "homing/feed_mm_per_min",
+    "homing/settle_ms",
+    "motor0/pulloff_mm",
+)
+"""What tells how long FluidNC homes, below `/axes/x/`."""
+
+
+def fluidnc_homing_time_s(values: Mapping[str, str], travel_mm: float) -> float | None:
+    """Return the same for FluidNC, which backs off as slowly as it looks again.
+
+    Args:
+        values: the answers by key of `FLUIDNC_HOMING_KEYS`.
+        travel_mm: of the axis.
+    """
+    try:
+        seek, feed, settle, back_mm = (float(values[key]) for key in FLUIDNC_HOMING_KEYS)
+        slow_s = 3.0 * back_mm / (feed / 60.0)
+        return travel_mm / (seek / 60.0) + slow_s + 4.0 * settle * 1e-3
+    except (KeyError, ValueError, ZeroDivisionError):
         return None

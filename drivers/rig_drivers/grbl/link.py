@@ -120,7 +120,7 @@ class GrblLink:
             if isinstance(reply, Ok):
                 return printed
             if isinstance(reply, Refused):
-                raise refusal(self._device, text, reply.code)
+                raise refusal(self._device, text, reply.code, self._dialect)
             if isinstance(reply, Message | Setting):
                 printed.append(reply)
         raise StageTimeoutError(

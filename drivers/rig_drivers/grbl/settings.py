@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from rig.errors import ConfigError
 from rig.profile import GrblStageConfig
-from rig_drivers.grbl.dialect import AXES
-from rig_drivers.grbl.homing import homing_time_s
+from rig_drivers.grbl.dialect import AXES, Dialect
+from rig_drivers.grbl.homing import fluidnc_homing_time_s, homing_time_s
 from rig_drivers.stage.travel import check_speed, check_travel
 
 
@@ -77,10 +77,26 @@ HOLDS = 255
 def motor_at_rest(settings: Mapping[int, float]) -> dict[str, str]:
     """Return what to tell of a motor that loses its current after every move, else nothing."""
     off_ms = settings.get(1, HOLDS)
+    return _lets_go(off_ms, f"$1={off_ms:.0f}", f"send $1={HOLDS}")
+
+
+FLUIDNC_IDLE = "/stepping/idle_ms"
+"""FluidNC's $1."""
+
+
+def fluidnc_motor_at_rest(idle_ms: str) -> dict[str, str]:
+    """Return the same for FluidNC; nothing where it does not tell."""
+    if not idle_ms.isdecimal():
+        return {}
+    advice = f"set it to {HOLDS} in its configuration file"
+    return _lets_go(float(idle_ms), f"{FLUIDNC_IDLE} {idle_ms}", advice)
+
+
+def _lets_go(off_ms: float, setting: str, advice: str) -> dict[str, str]:
     if off_ms >= HOLDS:
         return {}
-    told = f"off {off_ms:.0f} ms after every move ($1={off_ms:.0f}), which may cost steps"
-    return {"motor": f"{told}: send $1={HOLDS}"}
+    told = f"off {off_ms:.0f} ms after every move ({setting}), which may cost steps"
+    return {"motor": f"{told}: {advice}"}
 
 
 FLUIDNC_KEYS = (
@@ -100,7 +116,8 @@ def read_fluidnc_axis(
     """Return what FluidNC's configuration says about the profile's axis.
 
     Args:
-        values: the answers by key of `FLUIDNC_KEYS`.
+        values: the answers by key of `FLUIDNC_KEYS` and, for the time of homing, of
+            `FLUIDNC_HOMING_KEYS`.
         config: names the axis.
         device: name used in errors.
 
@@ -135,26 +152,50 @@ def read_fluidnc_axis(
         ) from error
     is_up = values["homing/positive_direction"] == "true"
     range_mm = (home_mm - travel_mm, home_mm) if is_up else (home_mm, home_mm + travel_mm)
-    return GrblAxis(rate / 60.0, acceleration, range_mm, home_mm)
+    homing_s = fluidnc_homing_time_s(values, travel_mm)
+    return GrblAxis(rate / 60.0, acceleration, range_mm, home_mm, homing_s)
 
 
-def check_axis(config: GrblStageConfig, axis: GrblAxis, *, device: str) -> None:
+@dataclass(frozen=True, slots=True)
+class SettingNames:
+    """What a controller calls its settings of one axis."""
+
+    rate: str
+    acceleration: str
+    travel: str
+    search: str
+
+    @classmethod
+    def of(cls, dialect: Dialect, axis: str) -> "SettingNames":
+        """Return the numbers of GRBL, or the keys of FluidNC's configuration file."""
+        if dialect is Dialect.FLUIDNC:
+            where = f"/axes/{axis.lower()}"
+            _, rate, acceleration, travel, *_ = (f"{where}/{key}" for key in FLUIDNC_KEYS)
+            return cls(rate, acceleration, travel, f"{where}/homing/seek_mm_per_min")
+        number = AXES.index(axis)
+        return cls(f"${110 + number}", f"${120 + number}", f"${130 + number}", "$25")
+
+
+def check_axis(
+    config: GrblStageConfig, axis: GrblAxis, *, device: str, dialect: Dialect = Dialect.GRBL
+) -> None:
     """See that the controller lets the stage go everywhere, and as fast, as the profile says.
 
     Raises:
         ConfigError: it does not.
     """
-    number = AXES.index(config.axis)
+    names = SettingNames.of(dialect, config.axis)
     if axis.acceleration_mm_s2 <= 0.0:
         raise ConfigError(
-            f"{device}: the controller's ${120 + number} is {axis.acceleration_mm_s2:.1f} mm/s2",
+            f"{device}: the controller's {names.acceleration} is {axis.acceleration_mm_s2:.1f} "
+            "mm/s2",
             advice="set an acceleration above 0",
         )
-    check_speed(config, axis.rate_mm_s, setting=f"${110 + number}", device=device)
-    check_travel(config, axis.range_mm, setting=f"${130 + number}", device=device)
+    check_speed(config, axis.rate_mm_s, setting=names.rate, device=device)
+    check_travel(config, axis.range_mm, setting=names.travel, device=device)
     if axis.homing_s is not None and axis.homing_s > config.homing_timeout_s:
         raise ConfigError(
-            f"{device}: homing takes up to {axis.homing_s:.0f} s (${130 + number}, search speed "
-            f"$25), homing_timeout_s is {config.homing_timeout_s:.1f}",
-            advice="raise $25 (mm per minute) or homing_timeout_s",
+            f"{device}: homing takes up to {axis.homing_s:.0f} s ({names.travel}, search speed "
+            f"{names.search}), homing_timeout_s is {config.homing_timeout_s:.1f}",
+            advice=f"raise {names.search} (mm per minute) or homing_timeout_s",
         )

@@ -21,6 +21,8 @@ class Ok:
     """Number of its line, where the firmware tells it."""
     position: "Position | None" = None
     """What some firmwares say in the same line."""
+    text: str = ""
+    """The same, where it is no position: Klipper tells its name so."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,10 +80,11 @@ _POSITION = re.compile(
     re.ASCII,
 )
 _COORDINATE = re.compile(rf"({_LETTER}): ?(-?[\d.]+)", re.ASCII)
-# Klipper complains behind `//`, as Marlin speaks to a host, but in other words.
+# Klipper complains behind `!!`, and behind `//`, as Marlin speaks to a host, but in other words.
+# A Marlin that halts because it found no switch says so in an echo.
 _NOT_DONE = re.compile(
-    r"(?:echo:)?(Unknown command: .*|Home .* [Ff]irst|STOP called .*"
-    r"|// (?:Unknown command:|Klipper state|Printer is ).*)"
+    r"(?:echo:)?(Unknown command: .*|Home .* [Ff]irst|STOP called .*|(?:Homing|Probing) [Ff]ailed.*"
+    r"|!! .*|// (?:Unknown command:|Klipper state|Printer is ).*)"
 )
 _RESENDS = re.compile(
     r"\s*(checksum mismatch|missing checksum|no checksum with line number"
@@ -103,7 +106,8 @@ def parse_reply(line: str) -> Reply:
     text = line.strip()
     if found := _OK.fullmatch(text):
         number = None if found[1] is None else int(found[1])
-        return Ok(number, _position(found[2] or ""))
+        position = _position(found[2] or "")
+        return Ok(number, position, "" if position else (found[2] or ""))
     if found := _RESEND.fullmatch(text):
         return Resend(int(found[1]))
     if text.removeprefix("echo:").startswith("busy:"):
@@ -151,6 +155,11 @@ _SENSOR = (
     "the sensor (or 100 kOhm), or build Marlin without it (TEMP_SENSOR 0); then switch it off and "
     "on, and home"
 )
+_NEEDS = "this driver needs Marlin 2 with M113 (HOST_KEEPALIVE_FEATURE), M114, M118, M211 and M503"
+_NO_SWITCH = (
+    "check the switch, its wiring and the direction of homing; then switch the controller off and "
+    "on, and home"
+)
 _TROUBLES = (
     ("kill() called", KILLED, _OFF_AND_ON),
     ("Printer halted", KILLED, _OFF_AND_ON),
@@ -158,11 +167,17 @@ _TROUBLES = (
     ("MAXTEMP", FAILING, _SENSOR),
     ("Thermal Runaway", FAILING, "switch every heater off (M104 S0, M140 S0); " + _OFF_AND_ON),
     ("Heating failed", FAILING, "switch every heater off (M104 S0, M140 S0); " + _OFF_AND_ON),
+    ("Heating Failed", FAILING, "switch every heater off (M104 S0, M140 S0); " + _OFF_AND_ON),
     ("system stopped", FAILING, _OFF_AND_ON),
+    ("Homing Failed", FAILING, _NO_SWITCH),
+    ("Homing failed", FAILING, _NO_SWITCH),
+    ("Probing", FAILING, _NO_SWITCH),
+    ("KILL caused", FAILING, _OFF_AND_ON),
     ("// ", KLIPPER, "this is Klipper's console"),
+    ("!! ", KLIPPER, "this is Klipper's console"),
     ("stopped due to errors", "stopped by error", "clear its cause, then home again"),
     ("STOP called", "stopped by error", "clear its cause, then home again"),
-    ("Unknown command", "unknown command", "this driver needs Marlin 2 with M114, M118, M503"),
+    ("Unknown command", "unknown command", _NEEDS),
     ("First", "not homed", "home the stage first"),
     ("first", "not homed", "home the stage first"),
 )

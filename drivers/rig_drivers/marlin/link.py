@@ -295,6 +295,7 @@ class MarlinLink:
                     return _Silence.LATE if is_late else _Silence.SILENT
                 case Ok() if reply.number in {None, self._next}:
                     printed += [] if reply.position is None else [reply.position]
+                    printed += [Remark(reply.text)] if reply.text else []
                     return reply
                 case Resend():
                     return reply

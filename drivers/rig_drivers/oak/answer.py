@@ -1,5 +1,7 @@
 """What `python -m rig_drivers.oak` answers, as values."""
 
+from typing import TypeVar
+
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
 from rig.errors import ConfigError, DeviceNotFoundError
@@ -19,6 +21,23 @@ class Answer(BaseModel):
     problem: str | None
 
 
+class SensorAnswer(BaseModel):
+    """One sensor of a device as it is printed; see `described_sensors`."""
+
+    model_config = _CLOSED
+
+    socket: str
+    """Such as `CAM_A`."""
+    name: str
+    """Of the chip, such as `OV9282`."""
+    sizes_px: tuple[tuple[int, int], ...]
+    """Width and height of its pictures."""
+    has_colour: bool
+    has_autofocus: bool
+    place_mm: tuple[float, float, float] | None
+    """Optical centre in the frame of the first sensor; None where the device does not know it."""
+
+
 class Failure(BaseModel):
     """What is printed instead of a list."""
 
@@ -30,6 +49,8 @@ class Failure(BaseModel):
 
 
 _ANSWER: TypeAdapter[list[Answer] | Failure] = TypeAdapter(list[Answer] | Failure)
+_SENSORS: TypeAdapter[list[SensorAnswer] | Failure] = TypeAdapter(list[SensorAnswer] | Failure)
+Listed = TypeVar("Listed", Answer, SensorAnswer)
 
 
 def parse_answer(text: str, code: int) -> list[Answer]:
@@ -43,12 +64,23 @@ def parse_answer(text: str, code: int) -> list[Answer]:
         ConfigError: the extra is not installed.
         DeviceNotFoundError: the search failed.
     """
+    return _parsed(_ANSWER, text, code, "list of devices")
+
+
+def parse_sensors(text: str, code: int) -> list[SensorAnswer]:
+    """Return the sensors of one device in the last line of an output; see `parse_answer`."""
+    return _parsed(_SENSORS, text, code, "list of sensors")
+
+
+def _parsed(
+    adapter: "TypeAdapter[list[Listed] | Failure]", text: str, code: int, wanted: str
+) -> list[Listed]:
     lines = text.strip().splitlines()
     try:
-        answer = _ANSWER.validate_json(lines[-1] if lines else "")
+        answer = adapter.validate_json(lines[-1] if lines else "")
     except ValidationError as error:
         raise DeviceNotFoundError(
-            "OAK", f"DepthAI ended with code {code} and no list of devices", advice="try again"
+            "OAK", f"DepthAI ended with code {code} and no {wanted}", advice="try again"
         ) from error
     if not isinstance(answer, Failure):
         return answer

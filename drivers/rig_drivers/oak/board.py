@@ -12,7 +12,7 @@ _JOIN_SYNC_GPIO = 6
 CAM_C (Luxonis, hardware guide to frame synchronisation)."""
 
 _TYPES = {"gray8": dai.ImgFrame.Type.GRAY8, "nv12": dai.ImgFrame.Type.NV12}
-_NO_PICTURES = {
+NO_PICTURES = {
     dai.CameraSensorType.TOF: "measures times of flight",
     dai.CameraSensorType.THERMAL: "sees heat",
 }
@@ -168,7 +168,7 @@ def resized(feature: dai.CameraFeatures, size_px: tuple[int, int]) -> str | None
 
 
 def _require_pictures(feature: dai.CameraFeatures, where: str) -> None:
-    for kind, what in _NO_PICTURES.items():
+    for kind, what in NO_PICTURES.items():
         if kind in feature.supportedTypes:
             raise ConfigError(
                 f"{where}: {what}, rig needs pictures of light",

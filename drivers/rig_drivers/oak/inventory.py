@@ -4,6 +4,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 from rig.discovery import FoundDevice
@@ -12,7 +13,7 @@ from rig_drivers.permission import UDEV, why_not_permitted
 from rig_drivers.usb import MOVIDIUS, UsbDevice, usb_devices
 
 if TYPE_CHECKING:
-    from rig_drivers.oak.answer import Answer
+    from rig_drivers.oak.answer import Answer, SensorAnswer
 
 _HEAD_START = 0.95
 """Share of the time within which DepthAI has to answer, so that its silence is told as such."""
@@ -68,21 +69,51 @@ def _named(device: UsbDevice) -> str:
     return f"{device.name or 'OAK'} on USB {device.vendor}:{device.product}"
 
 
+def list_sensors(device: str, timeout_s: float) -> list["SensorAnswer"]:
+    """Return the sensors of one device; it is booted for that.
+
+    Args:
+        device: id, address or host name.
+        timeout_s: longest wait for DepthAI.
+
+    Raises:
+        ConfigError: the extra is not installed.
+        DeviceNotFoundError: it is not there, is in use, or took too long.
+    """
+    late = DeviceNotFoundError(
+        f"OAK {device}",
+        f"did not tell its sensors within {timeout_s:.1f} s",
+        advice="plug it in again",
+    )
+    text, code = _run((device,), timeout_s, late)
+    from rig_drivers.oak.answer import parse_sensors  # noqa: PLC0415 - takes time to import
+
+    return parse_sensors(text, code)
+
+
 def _ask(timeout_s: float) -> list["Answer"]:
-    command = [sys.executable, "-P", "-m", "rig_drivers.oak"]
+    late = DeviceNotFoundError(
+        "OAK",
+        f"DepthAI did not list its devices within {timeout_s:.1f} s",
+        advice="its first start is slow: try again, or give it more time with --timeout-s",
+    )
+    text, code = _run((), timeout_s, late)
+    from rig_drivers.oak.answer import parse_answer  # noqa: PLC0415 - as above
+
+    return parse_answer(text, code)
+
+
+def _run(arguments: Sequence[str], timeout_s: float, late: DeviceNotFoundError) -> tuple[str, int]:
+    """Run the process that imports DepthAI; returns what it printed, and its exit code."""
+    command = [sys.executable, "-P", "-m", "rig_drivers.oak", *arguments]
     deadline_s = time.monotonic() + _HEAD_START * timeout_s
     with subprocess.Popen(  # noqa: S603 - our own module
         command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     ) as asked:
-        from rig_drivers.oak.answer import parse_answer  # noqa: PLC0415 - while DepthAI is imported
-
+        import_module("rig_drivers.oak.answer")  # while DepthAI is imported, too
         try:
             text, _ = asked.communicate(timeout=max(0.0, deadline_s - time.monotonic()))
         except subprocess.TimeoutExpired as error:
             asked.kill()
-            raise DeviceNotFoundError(
-                "OAK",
-                f"DepthAI did not list its devices within {timeout_s:.1f} s",
-                advice="its first start is slow: try again, or give it more time with --timeout-s",
-            ) from error
-    return parse_answer(text, asked.returncode)
+            raise late from error
+    return text, asked.returncode

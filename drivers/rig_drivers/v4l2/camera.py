@@ -9,7 +9,7 @@ from typing import Self
 from rig.devices import Clock, not_open
 from rig.frames import ColourImage, Frame, GreyImage, MultiView
 from rig.profile import V4l2CameraConfig
-from rig_drivers.late import LatenessRule
+from rig_drivers.late import LatenessRule, newest_frames
 from rig_drivers.rate import RateWatch
 from rig_drivers.v4l2 import abi
 from rig_drivers.v4l2.colour import to_colour
@@ -125,17 +125,14 @@ class V4l2Camera:
 
     def stream(self) -> Iterator[MultiView]:
         """See `Camera.stream`; frames from before the call are passed over."""
-        called_s = good_s = self._clock.now_s()
-        lateness = LatenessRule(self._interval_s, waiting=BUFFERS)
-        while True:
-            frame = self._next(good_s + self._config.timeout_s - self._clock.now_s())
-            if frame is None or frame.timestamp_s < called_s:
-                continue
-            if lateness.passes_over(self._clock.now_s() - frame.timestamp_s):
-                self._unread["late"] += 1
-                continue
-            yield MultiView((frame,))
-            good_s = self._clock.now_s()
+        frames = newest_frames(
+            lambda deadline_s: self._next(deadline_s - self._clock.now_s()),
+            self._clock,
+            LatenessRule(self._interval_s, waiting=BUFFERS),
+            timeout_s=self._config.timeout_s,
+            count_late=lambda: self._unread.update(late=1),
+        )
+        return (MultiView((frame,)) for frame in frames)
 
     def _next(self, timeout_s: float) -> Frame | None:
         """Return the next frame; None for one that turns out to be damaged."""

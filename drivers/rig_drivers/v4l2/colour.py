@@ -30,12 +30,56 @@ def _of_pairs(code: int) -> _Reader:
     return colour
 
 
-def _nv12(data: Bytes, width_px: int, height_px: int, stride: int) -> ColourImage:
-    """The plane of luma, and behind it half as many lines of colour."""
+def _vyuy(data: Bytes, width_px: int, height_px: int, stride: int) -> ColourImage:
+    """As UYVY, with the two colours in the other order."""
+    fours = _lines(data, 2 * width_px, height_px, stride)
+    if width_px % 2:
+        raise PixelError(f"{width_px} px are no pairs of pixels")
+    swapped = fours.reshape(height_px, width_px // 2, 4)[..., [2, 1, 0, 3]]
+    pairs = swapped.reshape(height_px, width_px, 2)
+    return np.asarray(cv2.cvtColor(pairs, cv2.COLOR_YUV2RGB_UYVY), np.uint8)
+
+
+def _of_two_planes(code: int) -> _Reader:
+    """The plane of luma, and behind it half as many lines of both colours in turn."""
+
+    def colour(data: Bytes, width_px: int, height_px: int, stride: int) -> ColourImage:
+        _require_squares(width_px, height_px)
+        lines = _lines(data, width_px, height_px + height_px // 2, stride)
+        return np.asarray(cv2.cvtColor(lines, code), np.uint8)
+
+    return colour
+
+
+def _of_whole_planes(code: int) -> _Reader:
+    """The plane of luma, and behind it as many lines of both colours in turn."""
+
+    def colour(data: Bytes, width_px: int, height_px: int, stride: int) -> ColourImage:
+        if width_px % 2:
+            raise PixelError(f"{width_px} px are no pairs of pixels")
+        lines = _lines(data, width_px, 2 * height_px, stride)
+        pairs = np.dstack([lines[:height_px], lines[height_px:]])
+        return np.asarray(cv2.cvtColor(pairs, code), np.uint8)
+
+    return colour
+
+
+def _of_three_planes(code: int) -> _Reader:
+    """The plane of luma, and behind it two small ones, whose lines are half as long."""
+
+    def colour(data: Bytes, width_px: int, height_px: int, stride: int) -> ColourImage:
+        _require_squares(width_px, height_px)
+        luma = _lines(data, width_px, height_px, stride)
+        small = _lines(data[stride * height_px :], width_px // 2, height_px, stride // 2)
+        planes = np.concatenate([luma, small.reshape(height_px // 2, width_px)])
+        return np.asarray(cv2.cvtColor(planes, code), np.uint8)
+
+    return colour
+
+
+def _require_squares(width_px: int, height_px: int) -> None:
     if width_px % 2 or height_px % 2:
         raise PixelError(f"{width_px} x {height_px} px are no squares of four pixels")
-    lines = _lines(data, width_px, height_px + height_px // 2, stride)
-    return np.asarray(cv2.cvtColor(lines, cv2.COLOR_YUV2RGB_NV12), np.uint8)
 
 
 def _rgb(data: Bytes, width_px: int, height_px: int, stride: int) -> ColourImage:
@@ -78,20 +122,28 @@ def _jpeg(data: Bytes, width_px: int, height_px: int, stride: int) -> ColourImag
 
 
 _ORDERS: Final = {
-    "BGGR": ("BA81", "BG10", "BG12", "pBAA", "pBCC"),
-    "GBRG": ("GBRG", "GB10", "GB12", "pGAA", "pGCC"),
-    "GRBG": ("GRBG", "BA10", "BA12", "pgAA", "pgCC"),
-    "RGGB": ("RGGB", "RG10", "RG12", "pRAA", "pRCC"),
+    "BGGR": ("BA81", "BG10", "BG12", "BG14", "BYR2", "pBAA", "pBCC"),
+    "GBRG": ("GBRG", "GB10", "GB12", "GB14", "GB16", "pGAA", "pGCC"),
+    "GRBG": ("GRBG", "BA10", "BA12", "GR14", "GR16", "pgAA", "pgCC"),
+    "RGGB": ("RGGB", "RG10", "RG12", "RG14", "RG16", "pRAA", "pRCC"),
 }
 """By the colours of the first two pixels of the first two lines: the kernel's names for it, with
-8, 10 and 12 bits in whole bytes, and with 10 and 12 bits packed."""
-_AS_GREY: Final = ("GREY", "Y10", "Y12", "Y10P", "Y12P")
+8, 10, 12, 14 and 16 bits in whole bytes, and with 10 and 12 bits packed."""
+_AS_GREY: Final = ("GREY", "Y10", "Y12", "Y14", "Y16", "Y10P", "Y12P")
 
 COLOUR_READERS: Final[dict[str, _Reader]] = {
     "YUYV": _of_pairs(cv2.COLOR_YUV2RGB_YUYV),
+    "YVYU": _of_pairs(cv2.COLOR_YUV2RGB_YVYU),
     "UYVY": _of_pairs(cv2.COLOR_YUV2RGB_UYVY),
-    "NV12": _nv12,
+    "VYUY": _vyuy,
+    "NV12": _of_two_planes(cv2.COLOR_YUV2RGB_NV12),
+    "NV21": _of_two_planes(cv2.COLOR_YUV2RGB_NV21),
+    "NV16": _of_whole_planes(cv2.COLOR_YUV2RGB_YUYV),
+    "NV61": _of_whole_planes(cv2.COLOR_YUV2RGB_YVYU),
+    "YU12": _of_three_planes(cv2.COLOR_YUV2RGB_I420),
+    "YV12": _of_three_planes(cv2.COLOR_YUV2RGB_YV12),
     "MJPG": _jpeg,
+    "JPEG": _jpeg,
     "RGB3": _rgb,
     "BGR3": _bgr,
     **{

@@ -161,6 +161,9 @@ def set_mode(node: Node, wanted: Mode) -> AppliedMode:
     expected = wanted if rate_hz is not None else _without_rate(wanted)
     if not _is_same(offered, expected):
         raise _not_offered(node, wanted, offered)
+    if not _takes_a_rate(node):
+        # It tells how fast it can run, but not how fast it does: the frames will show.
+        offered, interval_s = _without_rate(offered), None
     try:
         pixels = _set_pixels(node, offered)
         applied_hz = _set_interval(node, interval_s)
@@ -170,7 +173,7 @@ def set_mode(node: Node, wanted: Mode) -> AppliedMode:
             f"offers {offered}, but refuses it: {error.strerror}",
             advice="is it in use?",
         ) from error
-    applied = replace(pixels.mode, rate_hz=applied_hz or rate_hz)
+    applied = replace(pixels.mode, rate_hz=applied_hz or offered.rate_hz)
     if not _is_same(applied, offered):
         if not all(offer.is_told for offer in offers if offer.pixel_format == wanted.pixel_format):
             raise _not_offered(node, wanted, applied)
@@ -301,10 +304,20 @@ def _set_interval(node: Node, interval_s: Fraction | None) -> float | None:
     return None if applied_s is None else float(1 / applied_s)
 
 
+def _takes_a_rate(node: Node) -> bool:
+    return _parameters(node) is not None
+
+
 def _interval(node: Node) -> Fraction | None:
+    asked = _parameters(node)
+    return None if asked is None else seconds(asked.parm.capture.timeperframe)
+
+
+def _parameters(node: Node) -> structures.StreamParameters | None:
+    """Ask how the node streams; None where it does not tell, as receivers of bare sensors."""
     asked = structures.StreamParameters(type=node.buffer_type)
     try:
         node.ioctl(abi.VIDIOC_G_PARM, asked)
     except OSError:
         return None
-    return seconds(asked.parm.capture.timeperframe)
+    return asked

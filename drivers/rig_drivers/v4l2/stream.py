@@ -2,6 +2,7 @@
 
 import contextlib
 import ctypes
+import errno
 from collections import Counter
 from dataclasses import dataclass
 from typing import Self
@@ -19,6 +20,9 @@ from rig_drivers.v4l2.node import Node
 BUFFERS = 4
 """One being filled, one being read, two in reserve against a late reader."""
 _WRAP = 1 << 32
+_UNLIKE_SENSOR = (errno.EPIPE, errno.ENOLINK)
+"""What a receiver says whose pads do not fit together (kernel's documentation of media pipelines).
+"""
 _MOST_RECOVERIES = 3
 """Restarts in a row without a good buffer before the camera counts as lost."""
 
@@ -236,10 +240,15 @@ class CaptureStream:
         self._is_running = True
 
     def _not_started(self, error: OSError) -> DeviceLostError:
+        if error.errno in _UNLIKE_SENSOR:
+            advice = (
+                "sensor and receiver are set differently, or not linked: set the size and format "
+                "of each with media-ctl, as the profile has them (docs/how-to/v4l2-cameras.md)"
+            )
+        else:
+            advice = "is another program using it, or is the USB bus full?"
         return DeviceLostError(
-            self._node.name,
-            f"does not start to stream: {error.strerror}",
-            advice="is another program using it, or is the USB bus full?",
+            self._node.name, f"does not start to stream: {error.strerror}", advice=advice
         )
 
     def _release(self) -> None:

@@ -31,8 +31,18 @@ REFUSALS = {
     10: "soft limits need homing", 11: "too long", 12: "unknown error", 13: "safety door",
     14: "unknown error", 15: "outside the controller's travel", 16: "not a valid jog",
     17: "unknown error", 20: "unknown G-code word", 21: "unknown error", 22: "no feed rate",
-    33: "not a valid target", 34: "unknown error", 152: "configuration is invalid",
-    162: "configuration file only",
+    33: "not a valid target", 34: "unknown error", 152: "unknown error",
+}  # fmt: skip
+GRBLHAL_REFUSALS = {
+    5: "homing is off", 17: "unknown error", 18: "reset input", 19: "unknown error",
+    45: "limit switch is closed", 46: "homing is required", 47: "unknown error",
+    48: "unknown error", 49: "self-test", 50: "emergency stop", 51: "motor driver",
+    52: "unknown error", 55: "homing is not configured", 79: "an emergency has stopped everything",
+}  # fmt: skip
+FLUIDNC_REFUSALS = {
+    3: r"unknown \$ command", 5: "no axis homes", 18: "no axis has a homing cycle",
+    19: "may not be homed alone", 40: "pin is active", 41: "unknown error",
+    130: "jog was cancelled", 152: "configuration is invalid", 162: "configuration file only",
 }  # fmt: skip
 
 
@@ -51,11 +61,24 @@ def test_every_alarm_has_the_words_of_its_number(dialect: Dialect, alarms: dict[
     )
 
 
-@pytest.mark.parametrize(("code", "words"), REFUSALS.items())
-def test_every_refusal_has_the_words_of_its_number(code: int, words: str):
-    assert refusal("stage", "G0", code).found.startswith("stage: G0 was refused, error:")
+@pytest.mark.parametrize(
+    ("dialect", "code", "words"),
+    [
+        (dialect, code, words)
+        for dialect, refusals in (
+            (Dialect.GRBL, REFUSALS),
+            (Dialect.GRBLHAL, GRBLHAL_REFUSALS),
+            (Dialect.FLUIDNC, FLUIDNC_REFUSALS),
+        )
+        for code, words in refusals.items()
+    ],
+)
+def test_every_refusal_has_the_words_of_its_number(dialect: Dialect, code: int, words: str):
+    error = refusal("stage", "G0", code, dialect)
+    assert error.found.startswith("stage: G0 was refused, error:")
+    assert words != "unknown error" or dialect.value in error.advice
     with pytest.raises(Exception, match=f"error:{code}: .*{words}"):
-        raise refusal("stage", "G0", code)
+        raise error
 
 
 FLUIDNC = dict(zip(FLUIDNC_KEYS, ("true", "1200.0", "50.0", "300.0", "5.0", "true"), strict=True))

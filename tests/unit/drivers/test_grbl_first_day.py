@@ -1,14 +1,27 @@
 """What controllers as they are sold do on the first day: homing, booting, states, settings."""
 
 import pytest
-from rig_drivers.grbl.dialect import Dialect, standstill
-from rig_drivers.grbl.homing import homing_commands, homing_time_s
-from rig_drivers.grbl.settings import check_axis, motor_at_rest, read_axis
+from rig_drivers.grbl.dialect import Dialect, Message, parse_reply, standstill
+from rig_drivers.grbl.homing import fluidnc_homing_time_s, homing_commands, homing_time_s
+from rig_drivers.grbl.settings import (
+    check_axis,
+    fluidnc_motor_at_rest,
+    motor_at_rest,
+    read_axis,
+)
 
 from rig.errors import ConfigError, DeviceNotFoundError, StageAlarmError, StageTimeoutError
 from rig.profile import FirmwareConfig
 from tests.support.scripted_wire import Scripted, scripted
-from tests.support.stages import FIRMWARE, MICROSTEP_MM, STAGE, TIMEOUT_S, ZERO_MM, simulated_bench
+from tests.support.stages import (
+    CARRIAGE,
+    FIRMWARE,
+    MICROSTEP_MM,
+    STAGE,
+    TIMEOUT_S,
+    ZERO_MM,
+    simulated_bench,
+)
 
 FACTORY: dict[int, float] = {
     1: 25, 13: 0, 20: 1, 22: 1, 23: 0, 24: 25.0, 25: 500.0, 26: 250, 27: 1.0, 110: 6000, 120: 400,
@@ -49,13 +62,38 @@ def test_one_switch_is_enough_for_grblhal_and_fluidnc(dialect: str) -> None:
         assert b"$H\n" not in scripted(bench).sent
 
 
-def test_a_grblhal_that_homes_no_single_axis_homes_all() -> None:
-    firmware = firmware_with(grbl_dialect="grblhal")
+@pytest.mark.parametrize("replaced", [None, b"$999=1"])
+def test_a_grblhal_that_homes_no_single_axis_homes_all(replaced: bytes | None) -> None:
+    """Fresh from its makers it says error:5 to `$HX`, a very old one error:3 (unknown)."""
+    firmware = firmware_with(grbl_dialect="grblhal", homes_single_axis=replaced is not None)
     with simulated_bench(firmware=firmware, before=Scripted) as bench, bench.stage as stage:
-        scripted(bench).on_receive = lambda data: data.replace(b"$HX", b"$999=1")
+        if replaced is not None:
+            scripted(bench).on_receive = lambda data: data.replace(b"$HX", replaced)
         stage.home()
         assert scripted(bench).sent.count(b"$HX\n") == scripted(bench).sent.count(b"$H\n") == 1
         assert stage.position_mm == pytest.approx(ZERO_MM - 2.0)
+
+
+def test_one_switch_on_a_fresh_grblhal_is_told_with_the_bit_that_mends_it() -> None:
+    firmware = firmware_with(grbl_dialect="grblhal", homes_single_axis=False, homes_z_first=True)
+    with (
+        simulated_bench(firmware=firmware) as bench,
+        bench.stage as stage,
+        pytest.raises(StageAlarmError, match="ALARM:9") as caught,
+    ):
+        stage.home()
+    assert "grblHAL: set bit 1 of $22" in caught.value.advice
+
+
+def test_a_fluidnc_that_may_home_no_single_axis_names_its_key() -> None:
+    firmware = firmware_with(grbl_dialect="fluidnc")
+    with simulated_bench(firmware=firmware, before=Scripted) as bench, bench.stage as stage:
+        wire = scripted(bench)
+        wire.on_receive = lambda data: data.replace(b"$HX", b"$/no")
+        wire.on_transmit = lambda data: data.replace(b"error:3", b"error:19")
+        with pytest.raises(StageAlarmError, match="may not be homed alone") as caught:
+            stage.home()
+        assert "homing/allow_single_axis" in caught.value.advice
 
 
 def test_one_switch_on_stock_firmware_is_told_with_the_build_options() -> None:
@@ -119,6 +157,83 @@ def test_the_motor_at_rest_is_part_of_the_identity() -> None:
         scripted(bench).on_transmit = lambda data: data.replace(b"$1=255\r\n", b"$1=25\r\n")
         with bench.stage as stage:
             assert "send $1=255" in stage.identity["motor"]
+
+
+FLUIDNC_HOMING = {
+    "homing/seek_mm_per_min": "200.000", "homing/feed_mm_per_min": "50.000",
+    "homing/settle_ms": "250", "motor0/pulloff_mm": "1.000",
+}  # fmt: skip
+
+
+def test_the_time_of_fluidncs_homing_is_foretold() -> None:
+    """Its defaults over 820 mm: 246 s; three slow ways of 1 mm at 50 mm/min; four pauses."""
+    time_s = fluidnc_homing_time_s(FLUIDNC_HOMING, 820.0)
+    assert time_s == pytest.approx(246.0 + 3.6 + 1.0)
+
+
+@pytest.mark.parametrize("key", FLUIDNC_HOMING)
+def test_without_its_keys_the_time_of_fluidncs_homing_is_unknown(key: str) -> None:
+    assert fluidnc_homing_time_s(FLUIDNC_HOMING | {key: ""}, 820.0) is None
+
+
+@pytest.mark.parametrize("dialect", ["grbl", "grblhal", "fluidnc"])
+def test_the_foretold_time_of_homing_is_about_what_it_takes(dialect: str) -> None:
+    """From the far end of the travel, in the simulated firmware's own time."""
+    firmware = firmware_with(
+        grbl_dialect=dialect, homing_mm_s=25.0, homing_locate_mm_s=2.0, homing_pause_s=0.25
+    )
+    zero_mm = ZERO_MM - (2.0 if dialect == "fluidnc" else 0.0)
+    config = STAGE.model_copy(
+        update={"homing_timeout_s": 1.0, "distance_at_machine_zero_mm": zero_mm}
+    )
+    with (
+        simulated_bench(config, firmware) as bench,
+        pytest.raises(ConfigError, match="homing takes up to") as caught,
+    ):
+        bench.stage.__enter__()
+    told = caught.value.found
+    foretold_s = float(told.partition("up to ")[2].partition(" s")[0])
+    assert ("$25" in told) == (dialect != "fluidnc")
+    assert ("/axes/x/homing/seek_mm_per_min" in told) == (dialect == "fluidnc")
+    config = config.model_copy(update={"homing_timeout_s": 60.0})
+    far_end = CARRIAGE.model_copy(update={"power_up_mm": -119.0})
+    with simulated_bench(config, firmware, far_end) as bench, bench.stage as stage:
+        start_s = bench.clock.now_s()
+        stage.home()
+        took_s = bench.clock.now_s() - start_s
+    assert took_s == pytest.approx(foretold_s, rel=0.3)
+
+
+def test_a_fluidnc_is_told_in_the_names_of_its_file() -> None:
+    firmware = firmware_with(grbl_dialect="fluidnc", max_rate_mm_s=10.0)
+    with (
+        simulated_bench(firmware=firmware) as bench,
+        pytest.raises(ConfigError, match=r"/axes/x/max_rate_mm_per_min allows 10\.0 mm/s"),
+    ):
+        bench.stage.__enter__()
+
+
+@pytest.mark.parametrize(("idle", "is_told"), [("250", True), ("255", False), ("", False)])
+def test_fluidncs_motor_at_rest_is_told_too(idle: str, is_told: bool) -> None:
+    told = fluidnc_motor_at_rest(idle)
+    assert ("set it to 255" in told.get("motor", "")) == is_told
+
+
+def test_messages_between_question_and_answer_are_no_value() -> None:
+    firmware = firmware_with(grbl_dialect="fluidnc")
+    with simulated_bench(firmware=firmware, before=Scripted) as bench:
+        scripted(bench).on_transmit = lambda data: data.replace(
+            b"ok\r\n", b"[MSG:INFO: Client connected]\r\nok\r\n"
+        )
+        with bench.stage as stage:
+            assert stage.identity["firmware"] == "FluidNC"
+            scripted(bench).on_transmit = lambda data: data
+
+
+def test_what_grblhal_tells_of_itself_is_no_noise() -> None:
+    for line in ("[NVS STORAGE:*FLASH]", "[DRIVER VERSION:240805]", "[COMPATIBILITY LEVEL:1]"):
+        kind, _, text = line[1:-1].partition(":")
+        assert parse_reply(line) == Message(kind, text)
 
 
 def test_a_fluidnc_without_the_axis_is_told() -> None:

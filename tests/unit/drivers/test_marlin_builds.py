@@ -170,7 +170,15 @@ def test_answers_after_their_ok_are_heard() -> None:
         assert bench.true_mm() == pytest.approx(150.0, abs=MICROSTEP_MM)
 
 
-@pytest.mark.parametrize("line", ["// Klipper state: Ready", '// Unknown command:"M115"'])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "// Klipper state: Ready",
+        '// Unknown command:"M115"',
+        "!! Printer is not ready",
+        "!! Shutdown due to webhooks request",
+    ],
+)
 def test_what_klipper_says_is_known(line: str) -> None:
     assert parse_reply(line) == Trouble(line)
 
@@ -203,11 +211,62 @@ def test_klippers_console_is_refused_in_one_sentence() -> None:
         assert "put Marlin 2 or grblHAL on the board" in caught.value.advice
 
 
-def test_a_klipper_that_gives_its_name_is_refused_alike() -> None:
-    name = b"FIRMWARE_NAME:Klipper FIRMWARE_VERSION:v0.12.0"
+@pytest.mark.parametrize("answer", [b"%s\nok\n", b"ok %s\n"])
+def test_a_klipper_that_gives_its_name_is_refused_alike(answer: bytes) -> None:
+    """With `[respond]` it speaks the token, and tells its name in the line of its `ok`."""
+    name = b"FIRMWARE_NAME:Klipper FIRMWARE_VERSION:v0.12.0-102-g9f41f53c"
     with simulated_bench(MARLIN, before=Scripted) as bench:
-        scripted(bench).on_transmit = lambda data: data.replace(
-            b"FIRMWARE_NAME:Marlin 2.1.2.1", name
+        scripted(bench).on_transmit = lambda data: (
+            answer % name if b"FIRMWARE_NAME" in data else data
         )
         with pytest.raises(DeviceNotFoundError, match=r"found Klipper \(M115: Klipper\)"):
+            bench.stage.__enter__()
+
+
+def test_a_klipper_that_is_not_ready_is_refused_at_once() -> None:
+    """It answers every command but a few with its state, the last line behind `!!`."""
+    state = b"// Printer is not ready\n// The klippy host software is attempting to connect.\n"
+    with simulated_bench(MARLIN, before=Scripted) as bench:
+        wire = scripted(bench)
+        heard: list[bytes] = []
+
+        def answer(data: bytes) -> bytes:
+            lines, heard[:] = list(heard), []
+            silent = b"".join(b"ok\n" for line in lines if b"M110" in line)
+            return silent + b"".join(
+                state + b"!! Printer is not ready\nok\n" for line in lines if b"M110" not in line
+            )
+
+        def listen(data: bytes) -> bytes:
+            heard.extend(line for line in data.split(b"\n") if line)
+            return b""
+
+        wire.on_receive, wire.on_transmit = listen, answer
+        start_s = bench.clock.now_s()
+        with pytest.raises(DeviceNotFoundError, match="found Klipper"):
+            bench.stage.__enter__()
+        assert bench.clock.now_s() - start_s < 10.0
+
+
+def test_a_switch_that_was_not_found_is_told_and_not_only_the_halt() -> None:
+    with simulated_bench(MARLIN, before=Scripted) as bench, bench.stage as stage:
+        wire = scripted(bench)
+
+        def listen(data: bytes) -> bytes:
+            if b"G28" in data:
+                fail(bench, b"echo:Homing Failed\n" + KILLED)
+            return data
+
+        wire.on_receive = listen
+        with pytest.raises(StageAlarmError, match="Homing Failed") as caught:
+            stage.home()
+        assert "check the switch" in caught.value.advice
+        with pytest.raises(StageAlarmError, match=r"halted \(kill\): Homing Failed"):
+            stage.home()
+
+
+def test_a_build_without_a_sign_of_life_is_told_what_it_lacks() -> None:
+    with simulated_bench(MARLIN, before=Scripted) as bench:
+        scripted(bench).on_receive = lambda data: refused(bench) if b"M113" in data else data
+        with pytest.raises(StageAlarmError, match="HOST_KEEPALIVE_FEATURE"):
             bench.stage.__enter__()

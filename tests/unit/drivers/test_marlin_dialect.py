@@ -28,8 +28,8 @@ from tests.support.word_salad import salad
     ("line", "reply"),
     [
         ("ok", Ok(None)),
-        ("ok N12 P15 B3", Ok(12)),
-        ("ok T:21.0 /0.0", Ok(None)),
+        ("ok N12 P15 B3", Ok(12, text="P15 B3")),
+        ("ok T:21.0 /0.0", Ok(None, text="T:21.0 /0.0")),
         (
             "ok X:1.00 Y:2.00 Z:3.00 E:0.00 Count X:80 Y:160 Z:240",
             Ok(None, Position((1.0, 2.0, 3.0), (80, 160, 240))),
@@ -109,6 +109,9 @@ def test_a_hundred_thousand_bad_lines_give_values(seed: int) -> None:
         ("Heater ID: E0 MINTEMP triggered", "failing"),
         ("MAXTEMP triggered, system stopped! Heater_ID: 0", "failing"),
         ("Heating failed, system stopped! Heater_ID: 0", "failing"),
+        ("Heating Failed, system stopped! Heater_ID: E0", "failing"),
+        ("Homing Failed", "failing"),
+        ("KILL caused by KILL button/pin", "failing"),
         ('// Unknown command:"M115"', "Klipper"),
         ("something else", "error"),
     ],

@@ -11,7 +11,7 @@ from rig.errors import ConfigError
 from rig.profile import GrblStageConfig, OakCameraConfig, V4l2CameraConfig
 from rig.profile.load import load_profile, parse_profile
 from rig.profile.new import copied_text, write_new
-from rig.profile.plugged import recipe_for
+from rig.profile.plugged import recipe_for, told_views
 from rig.profile.template import Recipe, new_cameras, new_stages, profile_text
 from tests.support.command import Command
 
@@ -94,6 +94,28 @@ def test_an_oak_of_four_is_a_board_whose_places_must_be_measured():
     assert isinstance(profile.camera, OakCameraConfig)
     assert list(profile.camera.sockets.values()) == ["CAM_A", "CAM_B", "CAM_C", "CAM_D"]
     assert profile.slopes.range_px == (41.0, 192.0)
+
+
+def test_a_device_that_does_not_tell_is_guessed_and_the_head_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    """DepthAI is not where the process looks for it, as where the extra is missing."""
+    monkeypatch.setattr("sys.executable", "/bin/false")
+    told, notes = told_views([found("oak", "18443010")], camera=None)
+    assert told is None
+    recipe = recipe_for(
+        "b", [found("oak", "18443010")], camera=None, views=None, stage=None, notes=notes
+    )
+    text = profile_text(recipe)
+    assert "# 18443010 did not tell which sensors it has, so they are guessed: " in text
+    assert len(parse_profile(tomllib.loads(text), source="new").views) == 2
+
+
+def test_nobody_is_asked_who_is_not_there_or_cannot_be_opened():
+    locked = Findings("oak", "key", (FoundDevice("1", "OAK", problem="may not be opened"),))
+    assert told_views([locked], camera=None) == (None, ())
+    assert told_views([], camera="oak") == (None, ())
+    assert told_views([found("v4l2", "/dev/a", "/dev/b")], camera=None) == (None, ())
 
 
 def test_cameras_that_are_too_many_are_named_in_a_comment():

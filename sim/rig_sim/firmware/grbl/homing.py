@@ -54,7 +54,9 @@ def _approach_and_leave(machine: Machine, way_mm: float, speed_mm_s: float) -> P
     machine.is_approaching = False
     if not machine.has_found_switch:
         _fail(machine, HOMING_NO_SWITCH)
-    yield from _run(machine, -math.copysign(values[27], way_mm), values[25] / 60.0)
+    # FluidNC backs off at its feed rate, GRBL at the speed of the search.
+    back = 24 if machine.settings.dialect == "fluidnc" else 25
+    yield from _run(machine, -math.copysign(values[27], way_mm), values[back] / 60.0)
     if machine.steppers.is_switch_closed:
         _fail(machine, HOMING_PULL_OFF)
 

@@ -157,8 +157,9 @@ def _lines_about(machine: Machine, text: str) -> Sequence[str]:
 def _home(machine: Machine, *, every_axis: bool) -> Answer:
     if machine.state not in {State.IDLE, State.ALARM}:
         return NOT_IDLE
-    if not machine.settings.homing:
-        return SETTING_DISABLED
+    single = machine.settings.homes_single_axis
+    if not machine.settings.homing or not (every_axis or single):
+        return SETTING_DISABLED  # to grblHAL without bit 1 of $22 one axis alone is that too
     if every_axis and machine.settings.homes_z_first:
         yield from find_no_switch(machine)
     else:

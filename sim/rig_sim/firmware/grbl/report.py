@@ -14,7 +14,15 @@ BANNERS = {
 }
 BUILD_INFO = {
     "grbl": ("[VER:1.1h.20190830:]", "[OPT:V,15,128]"),
-    "grblhal": ("[VER:1.1f.20240812:]", "[OPT:VNMSL,35,1024,3,0]", "[FIRMWARE:grblHAL]"),
+    "grblhal": (
+        "[VER:1.1f.20240812:]",
+        "[OPT:VNMSL,35,1024,3,0]",
+        "[AXS:3:XYZ]",
+        "[NEWOPT:ENUMS,RT+,HOME,SED]",
+        "[FIRMWARE:grblHAL]",
+        "[NVS STORAGE:*FLASH]",
+        "[DRIVER VERSION:240805]",
+    ),
     "fluidnc": ("[VER:3.7 FluidNC v3.7.18 (noradio):]", "[OPT:MPHS]"),
 }
 HELP = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]"

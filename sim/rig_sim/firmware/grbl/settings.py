@@ -33,6 +33,7 @@ class GrblSettings:
     values: dict[int, float]
     dialect: str = "grbl"
     homes_z_first: bool = False
+    homes_single_axis: bool = True
     connecting_s: float = 0.0
 
     @classmethod
@@ -57,6 +58,7 @@ class GrblSettings:
             },
             config.grbl_dialect,
             config.homes_z_first,
+            config.homes_single_axis,
             config.connecting_s,
         )
 
@@ -69,7 +71,7 @@ class GrblSettings:
 
     def tree_lines(self, path: str) -> list[str]:
         """Return FluidNC's answer to a question for a value of its configuration."""
-        known: dict[str, str] = {}
+        known: dict[str, str] = {"/stepping/idle_ms": f"{self.values[1]:.0f}"}
         for axis, name in enumerate(AXES.lower()):
             known |= {
                 f"/axes/{name}/soft_limits": str(self.soft_limits).lower(),
@@ -80,6 +82,10 @@ class GrblSettings:
             if self.homing:
                 known[f"/axes/{name}/homing/mpos_mm"] = "0.000"
                 known[f"/axes/{name}/homing/positive_direction"] = "true"
+                known[f"/axes/{name}/homing/seek_mm_per_min"] = f"{self.values[25]:.3f}"
+                known[f"/axes/{name}/homing/feed_mm_per_min"] = f"{self.values[24]:.3f}"
+                known[f"/axes/{name}/homing/settle_ms"] = f"{self.values[26]:.0f}"
+                known[f"/axes/{name}/motor0/pulloff_mm"] = f"{self.values[27]:.3f}"
         return [f"${path}={known[path]}"] if path in known else []
 
     def _numbers(self) -> list[str]:

@@ -236,3 +236,13 @@ def test_it_says_who_it_is_what_was_set_and_what_the_network_did():
         device.packets = Packets(received=90, missing=2, resent=3)
         assert camera.identity["packets"] == "90 received, 2 missing, 3 resent"
     assert camera.packets == Packets()
+
+
+def test_frames_from_before_a_stream_give_it_no_further_time():
+    """A camera that tells exposures of 20 s, so that each began before the call."""
+    camera, device = camera_of()
+    told = {"ExposureTime": 2e7}
+    device.buffers.extend(buffer(n, 100.0 + 0.3 * n, chunks=told) for n in range(1, 30))
+    with camera, pytest.raises(CaptureTimeoutError, match=r"within 1\.0"):
+        next(camera.stream())
+    assert device.clock.now_s() == pytest.approx(101.0, abs=0.26)

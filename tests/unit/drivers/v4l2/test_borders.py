@@ -231,9 +231,11 @@ def test_a_picture_may_be_as_short_as_its_last_line_and_no_shorter(name: str, us
 def test_every_format_has_its_depth():
     bits = {name: depth for name, (_, depth) in DECODERS.items()}
     by_depth = {
-        8: "GREY YUYV UYVY NV12 MJPG RGB3 BGR3 BA81 GBRG GRBG RGGB Y8I",
+        8: "GREY YUYV YVYU UYVY VYUY NV12 NV21 NV16 NV61 YU12 YV12 MJPG JPEG RGB3 BGR3 "
+        "BA81 GBRG GRBG RGGB Y8I",
         10: "Y10 Y10P BG10 GB10 BA10 RG10 pBAA pGAA pgAA pRAA",
         12: "Y12 Y12P BG12 GB12 BA12 RG12 pBCC pGCC pgCC pRCC Y12I",
-        16: "Y16",
+        14: "Y14 BG14 GB14 GR14 RG14",
+        16: "Y16 BYR2 GB16 GR16 RG16",
     }
     assert bits == {name: depth for depth, names in by_depth.items() for name in names.split()}

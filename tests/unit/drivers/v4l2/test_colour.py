@@ -35,21 +35,52 @@ def yuv_of(red: float, green: float, blue: float) -> tuple[int, int, int]:
 
 def test_pairs_of_pixels_share_their_colour():
     y, u, v = yuv_of(*RGB)
-    for name, four in (("YUYV", (y, u, y, v)), ("UYVY", (u, y, v, y))):
+    orders = {
+        "YUYV": (y, u, y, v),
+        "YVYU": (y, v, y, u),
+        "UYVY": (u, y, v, y),
+        "VYUY": (v, y, u, y),
+    }
+    for name, four in orders.items():
         lines = np.pad(np.tile(np.array(four, np.uint8), (HEIGHT, WIDTH // 2)), ((0, 0), (0, 4)))
         found = of(lines, name, 2 * WIDTH + 4)
         assert found.shape == (HEIGHT, WIDTH, 3)
         assert np.abs(found.astype(int) - RGB).max() <= 2, name
 
 
-def test_nv12_has_its_colour_behind_the_luma():
+@pytest.mark.parametrize(
+    ("name", "first", "lines"),
+    [("NV12", "u", 12), ("NV21", "v", 12), ("NV16", "u", 16), ("NV61", "v", 16)],
+)
+def test_both_colours_stand_in_turn_behind_the_luma(name: str, first: str, lines: int):
     y, u, v = yuv_of(*RGB)
     luma = np.full((HEIGHT, WIDTH + 2), y, np.uint8)
-    chroma = np.tile(np.array((u, v), np.uint8), (HEIGHT // 2, (WIDTH + 2) // 2))
-    found = of(np.concatenate([luma, chroma]), "NV12", WIDTH + 2)
+    pair = np.array((u, v) if first == "u" else (v, u), np.uint8)
+    chroma = np.tile(pair, (lines - HEIGHT, (WIDTH + 2) // 2))
+    found = of(np.concatenate([luma, chroma]), name, WIDTH + 2)
     assert np.abs(found.astype(int) - RGB).max() <= 2
-    with pytest.raises(PixelError, match="needed for 12 lines"):
-        of(luma, "NV12", WIDTH + 2)
+    with pytest.raises(PixelError, match=f"needed for {lines} lines"):
+        of(luma, name, WIDTH + 2)
+
+
+@pytest.mark.parametrize(("name", "first"), [("YU12", "u"), ("YV12", "v")])
+def test_each_colour_has_a_small_plane_behind_the_luma(name: str, first: str):
+    y, u, v = yuv_of(*RGB)
+    luma = np.full((HEIGHT, WIDTH + 4), y, np.uint8)
+    order = (u, v) if first == "u" else (v, u)
+    small = [np.full((HEIGHT // 2, (WIDTH + 4) // 2), value, np.uint8) for value in order]
+    data = np.concatenate([plane.ravel() for plane in (luma, *small)])
+    found = of(data, name, WIDTH + 4)
+    assert np.abs(found.astype(int) - RGB).max() <= 2
+    with pytest.raises(PixelError, match="needed for 8 lines"):
+        of(luma, name, WIDTH + 4)
+
+
+def test_an_odd_picture_has_no_pairs_of_pixels():
+    data = np.zeros(4000, np.uint8)
+    for name in ("YUYV", "VYUY", "NV16", "NV21", "YU12"):
+        with pytest.raises(PixelError, match="px are no"):
+            to_colour(data, name, width_px=11, height_px=8, bytes_per_line=44)
 
 
 def test_red_comes_first_whatever_the_order_of_the_bytes():
@@ -68,10 +99,10 @@ def test_red_comes_first_whatever_the_order_of_the_bytes():
 
 
 MOSAICS = {
-    "BGGR": ("BA81", "BG10", "BG12", "pBAA", "pBCC"),
-    "GBRG": ("GBRG", "GB10", "GB12", "pGAA", "pGCC"),
-    "GRBG": ("GRBG", "BA10", "BA12", "pgAA", "pgCC"),
-    "RGGB": ("RGGB", "RG10", "RG12", "pRAA", "pRCC"),
+    "BGGR": ("BA81", "BG10", "BG12", "BG14", "BYR2", "pBAA", "pBCC"),
+    "GBRG": ("GBRG", "GB10", "GB12", "GB14", "GB16", "pGAA", "pGCC"),
+    "GRBG": ("GRBG", "BA10", "BA12", "GR14", "GR16", "pgAA", "pgCC"),
+    "RGGB": ("RGGB", "RG10", "RG12", "RG14", "RG16", "pRAA", "pRCC"),
 }
 
 
@@ -119,7 +150,7 @@ def test_what_has_no_colour_gives_none():
     jpeg = cv2.imencode(".jpg", grey)[1].ravel()
     assert to_colour(jpeg, "MJPG", width_px=16, height_px=16, bytes_per_line=0) is None
     assert to_colour(grey.ravel(), "GREY", width_px=16, height_px=16, bytes_per_line=16) is None
-    grey_only = {"GREY", "Y10", "Y12", "Y16", "Y10P", "Y12P", "Y8I", "Y12I"}
+    grey_only = {"GREY", "Y10", "Y12", "Y14", "Y16", "Y10P", "Y12P", "Y8I", "Y12I"}
     assert set(DECODERS) - set(COLOUR_READERS) == grey_only
 
 

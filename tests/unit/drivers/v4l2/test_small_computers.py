@@ -1,6 +1,6 @@
 """Nodes of small computers: several planes of memory, no sizes, no rates, packed mosaics."""
 
-from errno import ENOTTY
+from errno import ENOLINK, ENOSPC, ENOTTY, EPIPE
 
 import numpy as np
 import pytest
@@ -73,6 +73,38 @@ def test_a_node_without_rates_is_believed_the_rate_of_the_profile():
         sequences = [camera.grab(2.0).frames[0].sequence for _ in range(4)]
         assert camera.identity["mode"] == "GREY 64 x 48"
     assert sequences == sorted(set(sequences))
+
+
+def test_a_node_that_lists_rates_but_tells_none_is_believed_and_watched():
+    """As the receivers of some small computers: a list of rates, and no G_PARM."""
+    refused = {abi.VIDIOC_G_PARM: ENOTTY, abi.VIDIOC_S_PARM: ENOTTY}
+    with camera_of(FakeDevice(refused=dict(refused))) as camera:
+        assert camera.grab(2.0).frames[0].image.shape == (48, 64)
+        assert camera.identity["mode"] == "GREY 64 x 48"
+    faster = FakeDevice(refused=dict(refused), intervals=((1, 10), (1, 30)))
+    told = "asked for 30 Hz, frames come at 10 Hz"
+    with camera_of(faster, rate_hz=30.0) as camera, pytest.raises(ConfigError, match=told):
+        for _ in range(10):
+            camera.grab(2.0)
+    camera = camera_of(FakeDevice(refused=dict(refused)), rate_hz=30.0)
+    with pytest.raises(ConfigError, match="the nearest it offers is GREY 64 x 48 at 10 Hz"), camera:
+        pass
+
+
+@pytest.mark.parametrize("number", [EPIPE, ENOLINK])
+def test_a_sensor_that_is_set_differently_from_its_receiver_is_told(number: int):
+    device = FakeDevice(refused={abi.VIDIOC_STREAMON: number})
+    with camera_of(device) as camera, pytest.raises(DeviceLostError) as caught:
+        camera.grab(2.0)
+    assert "media-ctl" in caught.value.advice
+    assert "USB" not in caught.value.advice
+
+
+def test_a_full_bus_is_told_as_before():
+    device = FakeDevice(refused={abi.VIDIOC_STREAMON: ENOSPC})
+    with camera_of(device) as camera, pytest.raises(DeviceLostError) as caught:
+        camera.grab(2.0)
+    assert "is the USB bus full?" in caught.value.advice
 
 
 def test_a_node_without_rates_that_runs_at_another_is_told_with_both():
