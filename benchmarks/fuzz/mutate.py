@@ -9,6 +9,8 @@ import zlib
 from collections.abc import Callable
 from typing import Any
 
+import yaml
+
 NUMBERS = (
     *("0", "-1", "1", "2", "255", "256", "65535", "65536", "2147483648", "-2147483649"),
     *("9223372036854775807", "18446744073709551616", "1e308", "-1e309", "1e-320", "nan", "NaN"),
@@ -71,6 +73,68 @@ def _cut(rng: random.Random, valid: str) -> str:
     return valid[: rng.randrange(len(valid) + 1)] if rng.random() < 0.2 else _sign(rng, valid)
 
 
+def block(rng: random.Random, valid: str) -> str:
+    """Leave out, double or move a part between two headings, or a comment's sign before a line."""
+    parts = re.split(r"(?m)^(?=\S)", valid)
+    at, other = rng.randrange(len(parts)), rng.randrange(len(parts))
+    match rng.randrange(5):
+        case 0:
+            del parts[at]
+        case 1:
+            parts.insert(other, parts[at])
+        case 2:
+            parts[at], parts[other] = parts[other], parts[at]
+        case 3:
+            parts[at] = "#" + parts[at]
+        case _:
+            kept = rng.randrange(3)
+            parts = parts[at : at + kept]
+    return "".join(parts)
+
+
+def many(rng: random.Random, valid: str) -> str:
+    """Repeat a line, a word or a blank more often than any file has them."""
+    lines = valid.split("\n")
+    at = rng.randrange(len(lines))
+    match rng.randrange(4):
+        case 0:
+            lines[at : at + 1] = [lines[at]] * rng.choice((300, 3000, 30_000))
+        case 1:
+            lines[at] += ", 0" * 25_000
+        case 2:
+            lines.append("\n" * 4_100_000)
+        case _:
+            lines[at] = (lines[at] + " ") * rng.choice((30, 1000))
+    return "\n".join(lines)
+
+
+def xml(rng: random.Random, valid: str) -> str:
+    """Change a tag from its beginning to its end, what it holds, or put a part where none belongs.
+
+    `valid` has a root and one tag a line.
+    """
+    tags = sorted(set(re.findall(r"</?(\w+)", valid)))
+    tag, other = rng.choice(tags), rng.choice((*tags, "_", "x"))
+    match rng.randrange(6):
+        case 0:
+            return re.sub(rf"(</?){tag}\b", rf"\g<1>{other}", valid)
+        case 1:
+            part = rng.choice(('<!DOCTYPE x [<!ENTITY a "b">]>', "<!-- x -->", "<a/>", "<_>1</_>"))
+            at = rng.choice([found.end() for found in re.finditer(">", valid)])
+            return valid[:at] + part * rng.choice((1, 1, 40)) + valid[at:]
+        case 2:
+            depth = rng.choice((3, 60, 3000))
+            return valid.replace(f"<{tag}>", "<_>" * depth).replace(f"</{tag}>", "</_>" * depth)
+        case 3:
+            return re.sub(rf"(?s)<{tag}\b[^>]*>.*?</{tag}>", "", valid, count=1)
+        case 4:
+            inside = rng.choice(("", "<_>1</_><_>2.5</_>", rng.choice(NUMBERS)))
+            whole = rf"(?s)(<{tag}\b[^>]*>).*?(</{tag}>)"
+            return re.sub(whole, lambda found: found[1] + inside + found[2], valid, count=1)
+        case _:
+            return text(rng, valid)
+
+
 def tree(rng: random.Random, valid: Any) -> Any:
     """Change a few places of what JSON holds; the original stays."""
     changed = json.loads(json.dumps(valid))
@@ -97,17 +161,31 @@ def _branch(rng: random.Random, place: Any) -> Any:
                 del place[at]
             case 1:
                 place.insert(at, place[at])
+            case 2:
+                del place[at:]
             case _:
                 place[at] = _branch(rng, place[at])
         return place
     if isinstance(place, float) and rng.random() < 0.5:
         return rng.choice((-place, place * 1e6, place * 1e-6, place + 1.0, 0.0, str(place)))
+    if isinstance(place, int) and rng.random() < 0.5:
+        return rng.choice((-1, 0, 1, 2, 3, 4, place + 1, 2 * place))
     return copy.deepcopy(rng.choice(VALUES))
 
 
 def as_json(rng: random.Random, valid: Any) -> str:
     """A changed tree as text, which is now and then changed as well."""
     written = json.dumps(tree(rng, valid))
+    return text(rng, written) if rng.random() < 0.15 else written
+
+
+def as_yaml(rng: random.Random, valid: str) -> str:
+    """The same for what YAML holds."""
+    changed = tree(rng, yaml.safe_load(valid))
+    try:
+        written = yaml.safe_dump(changed, default_flow_style=rng.choice((None, True, False)))
+    except yaml.YAMLError:  # a sign that no YAML holds
+        return text(rng, valid)
     return text(rng, written) if rng.random() < 0.15 else written
 
 
@@ -142,11 +220,18 @@ def png(rng: random.Random, valid: bytes) -> bytes:
     parts = _png_parts(valid)
     at = rng.randrange(len(parts))
     name, body = parts[at]
-    match rng.randrange(8):
+    match rng.randrange(10):
         case 0:
             del parts[at]
         case 1:
             parts.insert(at, parts[rng.randrange(len(parts))])
+        case 8:
+            head = bytearray(parts[0][1])
+            place = rng.randrange(8, len(head)) if rng.random() < 0.5 else rng.randrange(8)
+            head[place] = rng.choice((0, 1, 2, 3, 4, 6, 8, 16))
+            parts[0] = (parts[0][0], bytes(head))
+        case 9:
+            parts.insert(1, (b"PLTE", bytes(rng.choice((0, 2, 3, 6, 12, 48, 768, 771)))))
         case 2:
             parts[at] = (bytes(rng.choice(b"IHDRPLTEtRNSacTLfdAT") for _ in range(4)), body)
         case 3:
@@ -157,7 +242,7 @@ def png(rng: random.Random, valid: bytes) -> bytes:
             parts.insert(-1, (b"IDAT", zlib.compress(raw(rng, pixels))))
         case _:
             parts[at] = (name, raw(rng, body) if body else b"x")
-    joined = valid[:8] + b"".join(_png_part(*part) for part in parts)
+    joined = valid[:8] + b"".join(png_part(*part) for part in parts)
     return raw(rng, joined) if rng.random() < 0.1 else joined
 
 
@@ -170,7 +255,8 @@ def _png_parts(valid: bytes) -> list[tuple[bytes, bytes]]:
     return found
 
 
-def _png_part(name: bytes, body: bytes) -> bytes:
+def png_part(name: bytes, body: bytes) -> bytes:
+    """Return a part with its length and checksum."""
     return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
 
 

@@ -4,10 +4,9 @@ import json
 import random
 import shutil
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 from rig_drivers.command.answer import NoAnswerError, read_answer
 from rig_drivers.grbl import dialect as grbl
@@ -18,20 +17,16 @@ from rig_drivers.zaber.message import checksum, parse_message
 
 from benchmarks.fuzz import mutate
 from benchmarks.fuzz.database import Database
-from benchmarks.fuzz.geometry import known_geometry
+from benchmarks.fuzz.foreign import FORMATS, imports
+from benchmarks.fuzz.pictures import changed, valid_pictures
 from rig.depth import read_pfm, write_pfm
 from rig.devices import SystemClock
 from rig.errors import FormatError
-from rig.export.formats import formats_of
-from rig.export.geometry_format import GeometryFormat, export_geometry, geometry_format
-from rig.export.geometry_import import match_views
-from rig.geometry.rig_geometry import RigGeometry
 from rig.places import profile_files
 from rig.profile import FolderCameraConfig, ViewConfig
 from rig.profile.load import load_profile
 from rig.recording import recorded
 from rig.sweep.request import SweepRequest, plan_of, planned_times
-from tests.support import foreign_files
 from tests.support.recordings import written
 
 Read = Callable[[], object]
@@ -132,29 +127,19 @@ def maps(folder: Path) -> Draw:
 
 def pictures(folder: Path) -> Draw:
     """A folder of pictures as a camera: PNG, JPEG, TIFF, PGM, BMP, WebP."""
-    grey = np.random.default_rng(1).integers(0, 256, (24, 32)).astype(np.uint8)
-    deep = grey.astype(np.uint16) * 257
-    colour = np.dstack([grey, grey[::-1], grey])
-    kinds = (".png", ".png", ".jpg", ".tiff", ".pgm", ".bmp", ".webp")
-    valid = [
-        (kind, cv2.imencode(kind, image)[1].tobytes())
-        for kind in kinds
-        for image in (grey, deep, colour)
-        if not (image is deep and kind in {".jpg", ".bmp", ".webp"})
-        and not (image is colour and kind == ".pgm")
-    ]
+    valid = valid_pictures()
     views = [ViewConfig(name="a", x_steps=0.0, y_steps=0.0)]
     views += [ViewConfig(name="b", x_steps=1.0, y_steps=0.0)]
     path = folder / "a.png"
-    cv2.imwrite(str(folder / "b.png"), grey)
+    path.write_bytes(valid[0][1])
+    (folder / "b.png").write_bytes(valid[0][1])
     files = {"a": "a.png", "b": "b.png"}
     config = FolderCameraConfig(kind="folder", folder=str(folder), files=files)
     camera = FolderCamera(config, views, root=folder, clock=SystemClock())
 
     def draw(rng: random.Random) -> Read:
         kind, content = rng.choice(valid)
-        is_parts = kind == ".png" and rng.random() < 0.8
-        path.write_bytes((mutate.png if is_parts else mutate.raw)(rng, content))
+        path.write_bytes(changed(rng, kind, content))
         return _grab
 
     def _grab() -> object:
@@ -186,53 +171,6 @@ def recordings(folder: Path) -> Draw:
         return lambda: list(recorded(path))
 
     return draw
-
-
-def imports(name: str) -> Callable[[Path], Draw]:
-    """One of the formats of other tools."""
-
-    def prepare(folder: Path) -> Draw:
-        geometry = known_geometry()
-        view_of: dict[str, str] = {}
-        if name == "depthai":
-            sockets = tuple(f"CAM_{letter}" for letter in "ABCDE")
-            view_of = dict(zip(sockets, geometry.names, strict=True))
-            geometry = replace(geometry, names=sockets)
-        held = geometry_format(name)
-        made = folder / "made"
-        place = _written(geometry, held, made)
-        valid = {file: file.read_text() for file in sorted(made.rglob("*")) if file.is_file()}
-        profile = load_profile("sim")
-
-        def draw(rng: random.Random) -> Read:
-            for file, text in valid.items():
-                file.write_text(text)
-            file = rng.choice(list(valid))
-            if file.suffix == ".json" and rng.random() < 0.8:
-                changed = mutate.as_json(rng, json.loads(valid[file]))
-            else:
-                changed = mutate.text(rng, valid[file])
-            file.write_text(changed, encoding="utf-8", errors="replace")
-            return lambda: match_views(held.read(place), profile, view_of)
-
-        return draw
-
-    return prepare
-
-
-def _written(geometry: RigGeometry, held: GeometryFormat, folder: Path) -> Path:
-    """Write a calibration where it is read from, in the words of others what we only read."""
-    folder.mkdir(exist_ok=True)
-    if held.name == "caliscope":
-        place = folder / "camera_array.toml"
-        place.write_text(foreign_files.caliscope(geometry))
-        return place
-    if held.name == "zed":
-        place = folder / "SN12345678.conf"
-        place.write_text(foreign_files.zed(geometry.cameras[0], geometry))
-        return place
-    path = export_geometry(geometry, held, folder, may_refit=True).path
-    return path if path.is_file() else folder
 
 
 def stage_lines(folder: Path) -> Draw:
@@ -277,7 +215,7 @@ SOURCES: Sequence[Source] = (
     Source("pfm", maps),
     Source("pictures", pictures),
     Source("mcap", recordings),
-    *(Source(name, imports(name)) for name in formats_of("geometry")),
+    *(Source(name, imports(name)) for name in FORMATS),
     Source("stage", stage_lines),
     Source("cells", cells, share=0.1),
 )
