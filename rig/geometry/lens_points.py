@@ -14,7 +14,7 @@ _SMALL_RADIUS = 1e-8
 
 @kernel()
 def brown_at(
-    k: Float, x: float, y: float
+    k: Float, tan_x: float, tan_y: float
 ) -> tuple[float, float, float, float, float, float, float]:
     """Brown's lens with 8 coefficients at one ideal point.
 
@@ -22,6 +22,7 @@ def brown_at(
         Distorted x and y; derivatives of x by x, of both by the other, of y by y; the radial factor
         and its denominator.
     """
+    x, y = tan_x, tan_y
     r2 = x * x + y * y
     above = 1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))
     below = 1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7]))
@@ -42,12 +43,13 @@ def brown_at(
 
 @kernel()
 def brown_by_lens(
-    x: float, y: float, radial: float, below: float, by_x: Float, by_y: Float
+    tan_x: float, tan_y: float, radial: float, below: float, by_x: Float, by_y: Float
 ) -> None:
     """Write derivatives (K,) of the distorted x and y by 0, 5 or 8 coefficients."""
     count = by_x.size
     if count == 0:
         return
+    x, y = tan_x, tan_y
     r2 = x * x + y * y
     power = r2 / below
     by_x[0], by_y[0] = x * power, y * power
@@ -63,7 +65,7 @@ def brown_by_lens(
 
 @kernel()
 def fisheye_at(
-    k: Float, x: float, y: float
+    k: Float, tan_x: float, tan_y: float
 ) -> tuple[float, float, float, float, float, float, float]:
     """Kannala and Brandt's lens with 4 coefficients at one ideal point.
 
@@ -71,6 +73,7 @@ def fisheye_at(
         Distorted x and y; derivatives of x by x, of both by the other, of y by y; the angle from
         the axis (rad) and what turns the point into its direction.
     """
+    x, y = tan_x, tan_y
     r = math.sqrt(x * x + y * y)
     angle = math.atan(r)
     a2 = angle * angle
@@ -95,13 +98,13 @@ def fisheye_at(
 
 @kernel()
 def fisheye_by_lens(
-    x: float, y: float, angle: float, inverse: float, by_x: Float, by_y: Float
+    tan_x: float, tan_y: float, angle_rad: float, inverse: float, by_x: Float, by_y: Float
 ) -> None:
     """Write derivatives (4,) of the distorted x and y by the coefficients."""
-    power = angle * inverse
+    power = angle_rad * inverse
     for column in range(by_x.size):
-        power *= angle * angle
-        by_x[column], by_y[column] = x * power, y * power
+        power *= angle_rad * angle_rad
+        by_x[column], by_y[column] = tan_x * power, tan_y * power
 
 
 @kernel()

@@ -43,6 +43,8 @@ GREYS = {
     "fall",
 }
 """Grey levels and shares of grey."""
+LENSES = {"tan_x", "tan_y", "radial", "below", "inverse"}
+"""Tangents of directions, and what a lens multiplies and divides them by."""
 LIMITS = {"warn_above", "fail_above"}
 """In the unit of the value beside them."""
 FORBIDDEN_NAMES = {"utils", "helpers", "common", "manager", "base", "misc"}
@@ -155,7 +157,7 @@ def float_parameters(path: Path) -> Iterator[str]:
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_dimensioned_parameter_carries_its_unit(path: Path):
     bare = {name for name in float_parameters(path) if not UNITS.search(name)}
-    assert bare - RATIOS - GREYS - LIMITS == set()
+    assert bare - RATIOS - GREYS - LENSES - LIMITS == set()
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
