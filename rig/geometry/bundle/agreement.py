@@ -93,7 +93,7 @@ def blame(pairs: Sequence[Pair], view_count: int) -> list[tuple[int, ...]]:
 def find_step(pairs: Sequence[Pair]) -> int | None:
     """Index of the first picture after a camera was moved; None if no single move explains it.
 
-    Nor where leaving one picture out explains more: then the board moved in that one.
+    Nor where leaving one picture out explains far more: then the board moved in that one.
 
     Args:
         pairs: of the same two views, in the order of the pictures.
@@ -108,7 +108,7 @@ def find_step(pairs: Sequence[Pair]) -> int | None:
     if whole <= 6 * _SIGMAS**2 or misfit >= _STEP_SHARE * whole:
         return None
     without = min(_misfit([*pairs[:k], *pairs[k + 1 :]]) for k in range(len(pairs)))
-    return pairs[place].picture if misfit < without else None
+    return pairs[place].picture if without > _STEP_SHARE * misfit else None
 
 
 def _misfit(pairs: Sequence[Pair]) -> float:

@@ -1,5 +1,7 @@
 """Pairs of views that disagree: how far, whose fault, and since when."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -126,3 +128,13 @@ def test_a_step_leaves_less_than_three_tenths(share: float, step: int | None) ->
     """
     wide = share * 100 * np.sqrt(0.45 / 2.8)
     assert find_step(steps(-wide, 0, wide, 100 - wide, 100, 100 + wide)) == step
+
+
+def test_one_picture_that_outweighs_all_others_is_no_step() -> None:
+    """Its side of the split lies at it; without it nothing disagrees."""
+    shaken = steps(0, 1, 0, -1, 30, 0, 1, 0)
+    heavy = replace(shaken[4], information=100.0 * np.eye(6))
+    pairs = [*shaken[:4], heavy, *shaken[5:]]
+    assert find_step(pairs) is None
+    moved = [replace(one, motion=one.motion + 30.0 * np.eye(6)[0]) for one in pairs[5:]]
+    assert find_step([*pairs[:5], *moved]) == 14

@@ -86,6 +86,18 @@ def test_a_floor_is_found_where_errors_do_not_follow_what_the_detector_says():
     assert scatter.floor_px == pytest.approx([8.0, 0.0, 0.0])
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_points_that_are_told_to_be_far_worse_make_no_floor(seed: int):
+    """Errors as told, a tenth of them on steep and small boards: the median of what a floor makes
+    alike is small, but not its mean."""
+    rng = np.random.default_rng(seed)
+    told_px = np.exp(np.concatenate([rng.uniform(-0.4, 0.4, 480), rng.uniform(1.6, 3.2, 60)]))
+    errors_px = rng.standard_normal((540, 2)) * told_px[:, None]
+    scatter = measure_scatter(observed([0] * 9, 60, told_px), errors_px, 1)
+    assert scatter.floor_px[0] <= 0.3
+    assert scatter.view_scale[0] == pytest.approx(1.0, abs=0.1)
+
+
 def test_points_that_are_nowhere_say_nothing():
     residual_px = of_length(MEDIAN_LENGTH, points=5)
     residual_px[4] = np.inf

@@ -233,3 +233,17 @@ def test_the_pose_that_is_advised_helps_as_much_as_is_said():
 
     gain_pct = 100 * (1 - np.sqrt(variance(better) / variance(found)))
     assert gain_pct == pytest.approx(advised.gain_pct, abs=12)
+
+
+@pytest.mark.slow
+def test_a_model_that_fails_is_told_beside_corners_that_nobody_showed():
+    """Focus breathes by 0.3 % from picture to picture, and no board was held in a corner."""
+    scene = random_scene(44, 15)
+    grow = 1.0 + np.random.default_rng(44).uniform(-0.003, 0.003, len(scene.poses))
+    middles = [np.asarray(camera.middle_px) for camera in scene.cameras]
+    breathing = [
+        replace(s, xy_px=middles[s.view] + (s.xy_px - middles[s.view]) * grow[s.picture])
+        for s in scene.sightings(1)
+    ]
+    codes = [reason.code for reason in solve(breathing).verdict.reasons]
+    assert codes == ["model", "corners"]
