@@ -3,6 +3,7 @@
 import errno
 import os
 from contextlib import suppress
+from itertools import chain, count
 from pathlib import Path
 
 from rig.errors import StoreError
@@ -53,6 +54,39 @@ def make_folder(folder: Path, mode: int) -> None:
         sync_folder(folder.parent)
     if not folder.is_dir():
         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(folder))
+
+
+def unused(folder: Path) -> Path:
+    """Return a name that nothing has yet: that of a folder, or with `-2`, `-3`, ... behind it.
+
+    A time in a name does not make it unique: what was killed and begun again within the same
+    second, or after the clock was set back, would meet what the first one left.
+    """
+    named = (folder.with_name(f"{folder.name}-{number}") for number in count(2))
+    return next(path for path in chain((folder,), named) if not os.path.lexists(path))
+
+
+def make_new_folder(folder: Path, mode: int) -> Path:
+    """Make a folder that was not there before, and what it is in; see `make_folder`.
+
+    Args:
+        folder: how it should be named.
+        mode: permission bits of every new one.
+
+    Returns:
+        The folder, named by `unused`; of several programs each gets one of its own.
+
+    Raises:
+        OSError: it cannot be made.
+    """
+    make_folder(folder.parent, mode)
+    while True:
+        made = unused(folder)
+        with suppress(FileExistsError):  # another program was quicker: the next name
+            made.mkdir()
+            made.chmod(mode)
+            sync_folder(made.parent)
+            return made
 
 
 def sync_file(file: Path) -> None:

@@ -13,6 +13,7 @@ from rig.calibration_alone import curve_alone
 from rig.curve import Curve
 from rig.epipolar.mending.row_errors import ROW_ERRORS_JSON
 from rig.errors import ConfigError, CurveError, StoreError
+from rig.files import unused
 from rig.geometry.rig_geometry import RigGeometry
 from rig.geometry.rig_geometry_json import geometry_from_json
 from rig.optics.calibrated import calibrated_optics
@@ -225,7 +226,7 @@ def newer_curve(store: "Store", run: Run, curve: CurveChoice) -> int | None:
 
 def new_folder(store: "Store", kind: str, rig: str) -> Path:
     """Name a folder beside the database for a run that nobody named, by rig and UTC time."""
-    return store.frames.parent / kind / f"{rig}_{datetime.now(UTC):%Y%m%d-%H%M%S-%f}"
+    return unused(store.frames.parent / kind / f"{rig}_{datetime.now(UTC):%Y%m%d-%H%M%S-%f}")
 
 
 def optics_of(profile: Profile, calibration: StoredCalibration | None) -> Optics:

@@ -1,9 +1,10 @@
-"""A scan of `benchmarks.kills`: one camera on a slider, killed on its way from view to view."""
+"""Scans of `benchmarks.kills`: one camera on a slider, killed on its way from view to view."""
 
 import json
 from pathlib import Path
 
-from benchmarks.kills.trial import Trial
+from benchmarks.kills.taking import SweepTrial
+from benchmarks.kills.trial import PLAN, Trial
 from benchmarks.program import Ended, run_program
 from rig.live.captured import read_capture
 from tests.support.small_scan import SMALL_SCAN
@@ -13,6 +14,12 @@ from tests.support.stores import sqlite_url
 ROW = ("camera.row.at_mm=[-20.0, -9.0, 0.0, 12.5]", "quality.valid_share_pct=0.0")
 STILL = ("world.lamp.drift_pct_per_min=0.0", "world.sensor.read_noise_levels=0.0",
          "world.sensor.electrons_per_level=1e12")  # fmt: skip
+
+SWEPT = ("world.renderer=analytic", "camera.inner.width_px=320", "camera.inner.height_px=200",
+         "world.optics.focal_px=305.0", "world.optics.blur_px=0.6", "slopes.range_px=[3.5, 18.0]",
+         "camera.row.at_mm=[-20.0, 0.0, 12.5]", "world.lamp.drift_pct_per_min=0.0")  # fmt: skip
+"""Overrides of `sim-scan` with which its board is found at every stop of a short sweep."""
+SWEPT_STOPS = ("--at-mm", "400,500,650,800,900", "--samples", "1", "--calibration", "none")
 
 
 def scan_words(folder: Path, *more: str) -> list[str]:
@@ -87,3 +94,29 @@ class ScanTrial(Trial):
     def lost(self, folder: Path, ended: Ended) -> list[str]:
         """See `Trial.lost`."""
         return lost_in(folder, ended)
+
+
+class SweepScanTrial(SweepTrial):
+    """`rig sweep` with a camera on a slider, gone on with by `--resume`.
+
+    One sample is one scan: acknowledged whole, or taken anew from its first view.
+    """
+
+    verb = "sweep-scan"
+
+    def prepare(self, folder: Path) -> None:
+        """See `Trial.prepare`: it begins with nothing."""
+
+    def words(self, folder: Path) -> list[str]:
+        """See `Trial.words`."""
+        return [*self._rig(folder), *SWEPT_STOPS]
+
+    def words_again(self, folder: Path) -> list[str]:
+        """See `Trial.words_again`."""
+        again = super().words_again(folder)
+        if again[0] == "report":
+            return again
+        return [*self._rig(folder), "--resume"] if "--resume" in again else self.words(folder)
+
+    def _rig(self, folder: Path) -> list[str]:
+        return ["sweep", "sim-scan", *as_options(SWEPT), *PLAN, "--db", self.url(folder)]

@@ -11,7 +11,7 @@ from benchmarks.kills.looking import (
     RestoreTrial,
     VerifyTrial,
 )
-from benchmarks.kills.scanning import ScanTrial
+from benchmarks.kills.scanning import ScanTrial, SweepScanTrial
 from benchmarks.kills.taking import CalibrateTrial, CaptureTrial, FitTrial, SweepTrial
 from benchmarks.kills.trial import Trial
 
@@ -19,6 +19,7 @@ VERBS: dict[str, Callable[[str | None], Trial]] = {
     trial.verb: trial
     for trial in (
         *(SweepTrial, FitTrial, CalibrateTrial, CaptureTrial, ScanTrial, BackupTrial, MigrateTrial),
+        SweepScanTrial,
         *(CheckTrial, HistoryTrial, PruneTrial, ReportTrial, RestoreTrial, VerifyTrial),
     )
 }

@@ -20,7 +20,7 @@ from rig.database.frames import FrameWriter, read_frames
 from rig.database.trouble import explained
 from rig.errors import ConfigError, StoreError
 from rig.file_modes import FileModes
-from rig.files import make_folder, put_on_disk, sync_folder
+from rig.files import make_folder, put_on_disk, sync_folder, unused
 from rig.json_codec import Codec
 from rig.profile import Profile
 from rig.profile.load import parse_profile
@@ -68,7 +68,8 @@ class Album:
         Raises:
             StoreError: it cannot be written.
         """
-        folder = frames / profile.name / f"calibration_{datetime.now(UTC):%Y%m%d-%H%M%S-%f}"
+        begun = f"calibration_{datetime.now(UTC):%Y%m%d-%H%M%S-%f}"
+        folder = unused(frames / profile.name / begun)
         with explained("keep the pictures of a calibration", folder):
             beside = folder.with_name(f".{folder.name}.tmp")
             make_folder(beside, modes.folder)

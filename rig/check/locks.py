@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from rig.check.items import Item, Status, graded, worst
 from rig.check.stills import ViewStills
-from rig.profile import CameraConfig
+from rig.profile import CameraConfig, ScanCameraConfig
 
 SAME_EXPOSURE = 0.01
 """Relative difference of two exposure times that are one setting; devices round."""
@@ -31,7 +31,7 @@ def judge_locks(
     free = unlocked(camera, identity)
     if free:
         statuses.append("warn")
-        found.append(f"left to the camera: {', '.join(_LOCKS[key] for key in free)}")
+        found.append(f"left to the camera: {', '.join(_LOCKS[key.split('.')[-1]] for key in free)}")
         keys = ", ".join(f"camera.{key}" for key in free)
         advice.append(f"set {keys}: what changes by itself spoils the curve")
     for view in views:
@@ -59,7 +59,14 @@ def judge_locks(
 
 
 def unlocked(camera: CameraConfig, identity: Mapping[str, str]) -> list[str]:
-    """Return the settings that the camera has, the profile could lock, and does not."""
+    """Return the settings that the camera has, the profile could lock, and does not.
+
+    Keys below `camera`; of a camera that moves they are those of the camera that is carried, as
+    `inner.gain`.
+    """
+    if isinstance(camera, ScanCameraConfig):  # the camera that is carried has the settings
+        inner = unlocked(camera.inner, identity)
+        return [f"inner.{key}" for key in inner]
     fields = type(camera).model_fields
     # An array says this for each of its cameras, under `VIEW.controls`.
     has = " ".join(text for key, text in identity.items() if key.split(".")[-1] == "controls")

@@ -40,7 +40,7 @@ from rig.database.trouble import explained
 from rig.database.upkeep import UpkeepShelf
 from rig.errors import StoreError
 from rig.file_modes import FileModes
-from rig.files import make_folder, sync_folder
+from rig.files import make_new_folder
 from rig.frames import MultiView
 from rig.plan import Stop
 from rig.records import (
@@ -206,13 +206,11 @@ class Store(CalibrationShelf, DriftShelf, MeasurementShelf, CurveShelf, UpkeepSh
             )
             session.add(row)
             session.flush()
-            folder = sweep_folder(rig, row.id, started_at)
-            row.folder = folder.as_posix()
-            with explained("begin a sweep", self.frames / folder):
-                make_folder((self.frames / folder).parent, self.modes.folder)
-                (self.frames / folder).mkdir()
-                (self.frames / folder).chmod(self.modes.folder)
-                sync_folder((self.frames / folder).parent)
+            folder = self.frames / sweep_folder(rig, row.id, started_at)
+            with explained("begin a sweep", folder):
+                # One that was killed before its row counted left a folder of this number.
+                folder = make_new_folder(folder, self.modes.folder)
+            row.folder = folder.relative_to(self.frames).as_posix()
             return row.id
 
     @contextmanager

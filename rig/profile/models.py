@@ -12,7 +12,7 @@ from rig.profile.intrinsics import IntrinsicsConfig
 from rig.profile.model import Model, NotNegative, Positive, Span
 from rig.profile.processing import ProcessingConfig
 from rig.profile.scan_camera import ScanCameraConfig, same_views, scan_views
-from rig.profile.stages import StageConfig
+from rig.profile.stages import SerialStageConfig, StageConfig
 from rig.profile.targets import TargetConfig
 from rig.profile.views import ViewConfig, without_steps
 from rig.profile.world import WorldConfig
@@ -203,6 +203,23 @@ class Profile(Model):
                 )
         if not same_views(self.views, camera.views_at(self.pitch_mm)):
             raise ValueError("views are not those of the positions of the scan; leave views out")
+        return self
+
+    @model_validator(mode="after")
+    def _each_stage_has_its_port(self) -> Self:
+        # A port is held by the stage that opens it first; the second one would fail on the bench.
+        named = {"stages.board": self.stage}
+        named |= {f"stages.{name}": stage for name, stage in self.stages.carriers.items()}
+        holder: dict[str, str] = {}
+        for name, stage in named.items():
+            if not isinstance(stage, SerialStageConfig):
+                continue
+            other = holder.setdefault(stage.port, name)
+            if other != name:
+                raise ValueError(
+                    f"{other} and {name} are both at {stage.port}; two axes of one controller are "
+                    "not supported, give each stage a controller with a port of its own"
+                )
         return self
 
     @model_validator(mode="after")

@@ -14,7 +14,7 @@ ORPHANS = ".orphans"
 """Where `verify --repair` puts what no row knows: nothing is thrown away."""
 MARK = ".restoring.json"
 """In a root that is being filled by `restore` or `move`, until the database is in its place."""
-_SWEEP = re.compile(r"^\d+_\d{8}-\d{6}$")
+_SWEEP = re.compile(r"^\d+_\d{8}-\d{6}(-\d+)?$")
 _HALF_WRITTEN = re.compile(r"^\..*\.tmp$|^\.check-\d+$")
 ALBUM = "calibration_"
 PICTURES = "pictures.jsonl"

@@ -23,7 +23,7 @@ from rig.store.usage import CAPTURES
 if TYPE_CHECKING:
     from rig.database import Store
 
-_NAME = re.compile(r"^(?P<rig>[^.].*)_(?P<begun>\d{8}-\d{6})$")
+_NAME = re.compile(r"^(?P<rig>[^.].*)_(?P<begun>\d{8}-\d{6})(-\d{6})?(-\d+)?$")
 _MADE_BY_CAPTURE = ("frames.jsonl", "run.json", "*.mcap")
 """One of these is in every folder of a capture; others are somebody else's."""
 _GOING = ".pruned_"

@@ -29,6 +29,12 @@ def test_what_was_killed_goes_on_and_nothing_is_lost():
         assert line.endswith("; 0 broken promises")
 
 
+def test_a_sweep_of_scans_that_was_killed_goes_on():
+    played = play("--count", "2", "--verb", "sweep-scan")
+    assert played.returncode == 0, played.stdout + played.stderr
+    assert "sweep-scan: 2 rounds, ended " in played.stdout
+
+
 def test_what_is_told_to_end_says_what_was_saved():
     played = play("--signals", "--verb", "backup", "--verb", "restore", "--count", "3")
     assert played.returncode == 0, played.stdout + played.stderr

@@ -14,7 +14,7 @@ from typing import cast
 from rig.disk import disk_explained
 from rig.errors import StoreError
 from rig.file_modes import FileModes
-from rig.files import make_folder, put_on_disk
+from rig.files import make_new_folder, put_on_disk
 from rig.folder_lock import FolderLock
 from rig.profile.kinds import ScanKeeping
 from rig_drivers.scan.kept import InMemory, Kept
@@ -89,7 +89,7 @@ def begin(keeping: ScanKeeping | None, plan: object, now_s: float) -> InMemory |
     modes = FileModes(keeping.file_mode)
     folder = keeping.folder / f"{datetime.now(UTC):%Y%m%d-%H%M%S-%f}"
     with disk_explained("begin a scan", folder):
-        make_folder(folder, modes.folder)
+        folder = make_new_folder(folder, modes.folder)
         put_on_disk(folder / _PLAN, json.dumps(plan, indent=1).encode(), modes.file)
     return OnDisk(folder, modes, now_s)
 

@@ -26,7 +26,7 @@ from rig.curve import fit_curve
 from rig.errors import DeviceLostError, StoreError, TargetError
 from rig.frames import Frame, MultiView
 from rig.profile import NoiseConfig
-from rig.profile.load import load_profile
+from rig.profile.load import load_profile, parse_profile
 from rig.stored import RunCurve
 from tests.support.curve_points import exact_sweep, physical_px
 
@@ -87,6 +87,25 @@ def test_what_a_camera_could_lock_and_the_profile_leaves_alone_is_told():
     assert "left to the camera: focus" in item.found
     assert "set camera.focus" in item.advice
     assert judge_locks(camera, {"left.controls": "gain=16"}, [STILL]).status == "pass"
+
+
+def carried(**inner: object):
+    """The camera of `sim-scan`, with a V4L2 camera on its slider."""
+    data = load_profile("sim-scan").model_dump(mode="json", exclude_none=True)
+    data["camera"]["inner"] = {
+        **{"kind": "v4l2", "devices": {"camera": "/dev/video0"}, "pixel_format": "GREY"},
+        **{"width_px": 640, "height_px": 400, "rate_hz": 30.0, **inner},
+    }
+    return parse_profile(data, source="test").camera
+
+
+def test_what_a_carried_camera_leaves_alone_is_told_by_its_own_keys():
+    free = {"controls": "exposure_time_absolute gain focus_absolute"}
+    item = judge_locks(carried(gain=16), free, [STILL])
+    assert item.status == "warn"
+    assert "left to the camera: exposure, focus" in item.found
+    assert "set camera.inner.exposure_s, camera.inner.focus:" in item.advice
+    assert judge_locks(carried(exposure_s=0.008, gain=16, focus=3), free, [STILL]).status == "pass"
 
 
 @pytest.mark.parametrize(("change", "status"), [(0.05, "warn"), (0.3, "fail")])

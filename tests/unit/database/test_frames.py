@@ -1,6 +1,7 @@
 """Frame folders: lossless, complete or absent, found by people and by the folder camera."""
 
 from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import cv2
@@ -8,8 +9,10 @@ import numpy as np
 import pytest
 
 from rig.database import Store, open_store
+from rig.database.frames import sweep_folder
 from rig.errors import StoreError
 from rig.records import Sample
+from rig.store.verify import verify
 from tests.support.multiviews import VIEWS, noisy_multiview, same_multiview, ten_bit_multiview
 from tests.support.stores import new_sweep, sqlite_url
 
@@ -63,6 +66,19 @@ def test_folders_tell_a_person_what_is_in_them(store: Store, tmp_path: Path) -> 
     assert sorted(path.name for path in sample.folder.iterdir()) == sorted(
         f"{view}.png" for view in VIEWS
     )
+
+
+def test_a_sweep_begun_again_in_the_second_of_a_killed_one_has_a_folder_of_its_own(store: Store):
+    # Killed before its row counted: the folder is there, and its number is given again.
+    now = datetime.now(UTC)
+    seconds = [now + timedelta(seconds=shift) for shift in range(-1, 60)]
+    for second in seconds:
+        (store.frames / sweep_folder("sim", 1, second)).mkdir(parents=True)
+    folder = store.sweep(new_sweep(store, rig="sim")).folder
+    assert folder.name in {f"{sweep_folder('sim', 1, second).name}-2" for second in seconds}
+    assert {found.place.split("/")[1] for found in verify(store).litter} == {
+        sweep_folder("sim", 1, second).name for second in seconds
+    }
 
 
 def test_a_pattern_replays_a_sweep_in_order(store: Store) -> None:

@@ -63,6 +63,25 @@ def test_views_follow_from_the_positions_of_the_row():
     ]
 
 
+SERIAL = 'kind = "grbl"\nport = "{}"\ndistance_at_machine_zero_mm = 60.0'
+BOARD = "\n[stages.board]\n" + SERIAL + "\ntravel_mm = [400.0, 900.0]\n"
+
+
+def test_two_stages_of_the_camera_behind_one_port_are_told():
+    says = r"stages\.camera and stages\.column are both at /dev/ttyACM0; .* port of its own"
+    with pytest.raises(ConfigError, match=says):
+        profile(COLUMN.replace('kind = "manual"', SERIAL.format("/dev/ttyACM0")))
+    other = profile(COLUMN.replace('kind = "manual"', SERIAL.format("/dev/ttyACM1")))
+    assert list(other.stages.carriers) == ["camera", "column"]
+
+
+def test_a_board_behind_the_port_of_the_camera_is_told():
+    says = r"stages\.board and stages\.camera are both at /dev/ttyACM0"
+    with pytest.raises(ConfigError, match=says):
+        profile(BOARD.format("/dev/ttyACM0"))
+    assert profile(BOARD.format("/dev/ttyACM1")).stage is not None
+
+
 def test_a_column_has_its_own_stage_and_its_own_reference():
     rig = profile(COLUMN)
     assert [(v.name, v.x_steps, v.y_steps) for v in rig.views[3:]] == [

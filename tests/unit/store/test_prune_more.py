@@ -134,12 +134,15 @@ def captures(store: Store, request: PruneRequest) -> list[str]:
 def test_only_captures_are_taken_for_captures(store: Store):
     old = capture(store, "my_bench_20260101-101500", age_days=3.0)
     capture(store, "desk_20260102-101500", "recording_1.mcap")
+    named = ("desk_20260102-101500-012345", "desk_20260102-101500-012345-2")  # as captures are now
+    for name in named:
+        capture(store, name)
     capture(store, "desk_20260103-101500", "holiday.txt")
     capture(store, "desk_20261399-101500")
     capture(store, "notes")
     (old.parent / "desk_20260104-101500").symlink_to(old)
     both = ["desk_20260102-101500", "my_bench_20260101-101500"]
-    assert captures(store, ALL) == both
+    assert captures(store, ALL) == [both[0], *named, both[1]]
     assert captures(store, PruneRequest(rig="my_bench")) == both[1:]
     assert captures(store, PruneRequest(before=NOW - timedelta(days=2))) == both[1:]
     assert captures(store, PruneRequest(before=NOW - timedelta(days=4))) == []
