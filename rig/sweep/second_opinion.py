@@ -55,16 +55,20 @@ class SecondOpinion:
         for (stop, _), measurement in measurements.items():
             read_mm = self._read_mm.get(stop)
             if self._optics is not None and read_mm is not None and stop not in self._told:
-                self._told.add(stop)
-                self._compare(self._optics, read_mm, measurement)
+                self._compare(self._optics, stop, read_mm, measurement)
         self._watcher.measured(measurements)
 
     def concluded(self, result: SweepResult) -> None:
         """See `SweepWatcher.concluded`."""
         self._watcher.concluded(result)
 
-    def _compare(self, optics: CalibratedOptics, read_mm: float, measurement: Measurement) -> None:
-        for slope_px in axis_slopes_px([measurement], optics):
+    def _compare(
+        self, optics: CalibratedOptics, stop: int, read_mm: float, measurement: Measurement
+    ) -> None:
+        for slope_px in axis_slopes_px(
+            [measurement], optics
+        ):  # none where it could not be measured
+            self._told.add(stop)
             known_mm = optics.distance_mm(read_mm)
             off_mm = float(seen_mm(optics, slope_px)) - known_mm
             line = (
