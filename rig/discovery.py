@@ -9,6 +9,16 @@ from rig.errors import RigError
 
 
 @dataclass(frozen=True, slots=True)
+class FoundPicture:
+    """What a new profile asks a camera for: the best that it offers for measuring."""
+
+    pixel_format: str
+    width_px: int
+    height_px: int
+    rate_hz: float
+
+
+@dataclass(frozen=True, slots=True)
 class FoundDevice:
     """One device that is there."""
 
@@ -23,6 +33,8 @@ class FoundDevice:
     layout: str | None = None
     """The layout of `rig.profile.parts` that the shape of its pictures suggests, where they may
     hold several views; a guess."""
+    picture: FoundPicture | None = None
+    """What a new profile asks it for; None where it does not tell what it offers."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -108,6 +108,7 @@ def sweep(
     from rig.report import write_report
     from rig.sweep.job import new_sweep, owned_to_resume
     from rig.sweep.request import SweepRequest, plan_of, planned_times
+    from rig.sweep.second_opinion import SecondOpinion
     from rig.sweep.sweep import conclude_taken, sweep_and_conclude
 
     more = more or []
@@ -150,9 +151,8 @@ def sweep(
                 sweep_page(page, progress.tell) as shown,
                 open_hardware(job.run.profile, shown.bystander) as hardware,
             ):
-                result = sweep_and_conclude(
-                    job, hardware, store, progress.report, tell, shown.watcher
-                )
+                watcher = SecondOpinion(progress.tell, shown.watcher)
+                result = sweep_and_conclude(job, hardware, store, progress.report, tell, watcher)
         number = result.sweep_id
         with saying(
             lambda: f"sweep {number} and its curve are stored; its page: rig report {number}"

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from rig.discovery import Search
+from rig.discovery import FoundPicture, Search
 from rig.profile.cameras import CameraConfig
 from rig.profile.stages import StageConfig
 from rig.profile.views import ViewConfig
@@ -66,6 +66,8 @@ class NewCamera:
     height_px: int
     layout: str | None = None
     """How the views lie in the one picture of the first device; None where each has its own."""
+    picture: FoundPicture | None = None
+    """The best picture that the first device offers; None where it does not tell."""
     sensors: "Mapping[str, ToldSensor] | None" = None
     """By view name: what the first device has told of its sensors; None where nobody has asked."""
 

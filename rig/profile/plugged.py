@@ -102,6 +102,7 @@ def recipe_for(
         notes=(*notes, *_notes(findings), *(() if layout else _offers(plugged))),
         layout=layout,
         told=told,
+        picture=plugged[0].picture if plugged else None,
     )
 
 

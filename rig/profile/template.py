@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from rig.discovery import FoundPicture
 from rig.errors import ConfigError
 from rig.profile.kinds import (
     BuiltIn,
@@ -137,6 +138,8 @@ class Recipe:
     """How all views lie in the picture of one device; None where each has its own."""
     told: ToldViews | None = None
     """What the camera has told of its views; None where it was not asked."""
+    picture: FoundPicture | None = None
+    """The best picture that the first camera offers; None where it does not tell."""
     target: TargetConfig | None = None
     """What is shown to the cameras; None for a board that is a guess."""
 
@@ -163,6 +166,8 @@ def profile_text(recipe: Recipe) -> str:
         words, pitch_mm = _MEASURED, _PITCH_MM
         places = dict(zip(names, PLACES.values(), strict=False))
     width_px, height_px = 1280, 800
+    layout = _layout(camera, recipe)
+    sensors = None if recipe.told is None else recipe.told.sensors
     slope_px = pitch_mm * _FOCAL_PER_WIDTH * width_px
     parts = [
         _HEAD.format(
@@ -176,14 +181,7 @@ def profile_text(recipe: Recipe) -> str:
         ),
         *(_view(name, places[name]) for name in names),
         camera.section(
-            NewCamera(
-                names,
-                recipe.cameras,
-                width_px,
-                height_px,
-                _layout(camera, recipe),
-                None if recipe.told is None else recipe.told.sensors,
-            )
+            NewCamera(names, recipe.cameras, width_px, height_px, layout, recipe.picture, sensors)
         ),
     ]
     if recipe.stage is not None:
@@ -219,7 +217,9 @@ def _one_camera(camera: CameraTemplate, recipe: Recipe) -> str:
     if recipe.told is not None:
         (sensor,) = recipe.told.sensors.values()
         sensors = {"camera": sensor}
-    section = camera.section(NewCamera(("camera",), recipe.cameras, 1280, 800, None, sensors))
+    section = camera.section(
+        NewCamera(("camera",), recipe.cameras, 1280, 800, None, recipe.picture, sensors)
+    )
     notes = "".join(f"# {note}\n" for note in recipe.notes)
     head = _ONE_CAMERA.format(name=recipe.name, title=camera.title, notes=notes)
     return f"{head}\n{section}\n{_target(recipe)}"

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rig.arrays import Float
 from rig.optics.calibrated import CalibratedOptics
 from rig.optics.optics import Optics
 from rig.sweep.points import StopResult
@@ -34,6 +35,14 @@ class CalibrationUse:
     stop."""
 
 
+def seen_mm(optics: CalibratedOptics, slope_px: Float | float) -> Float:
+    """Return the depth that the calibrated cameras alone give to slopes on their axis, mm."""
+    rectification = optics.rectification
+    return rectification.inverse_law_px_mm / (
+        np.asarray(slope_px, np.float64) + rectification.infinity_px
+    )
+
+
 def calibration_use(stops: Sequence[StopResult], optics: Optics) -> CalibrationUse | None:
     """Return what the calibration meant for a sweep, None without one."""
     if not isinstance(optics, CalibratedOptics):
@@ -43,8 +52,7 @@ def calibration_use(stops: Sequence[StopResult], optics: Optics) -> CalibrationU
     points = [stop.point for stop in stops if stop.point is not None]
     known_mm = np.array([point.distance_mm for point in points])
     slopes_px = np.array([point.slope_px for point in points])
-    seen_mm = rectification.inverse_law_px_mm / (slopes_px + rectification.infinity_px)
-    misses = seen_mm / known_mm - 1.0
+    misses = seen_mm(optics, slopes_px) / known_mm - 1.0
     return CalibrationUse(
         id=optics.calibration_id,
         stage=None

@@ -35,6 +35,7 @@ def test_what_is_found_and_what_is_missing_stand_side_by_side():
             "other_names": (),
             "problem": None,
             "layout": None,
+            "picture": None,
         }
     ]
 

@@ -13,8 +13,8 @@ from rig.errors import (
     StageTimeoutError,
 )
 from rig.profile import MarlinStageConfig
-from rig_drivers.marlin.dialect import KILLED, KLIPPER
-from rig_drivers.marlin.link import ANSWER_TIMEOUT_S, MarlinLink, klipper
+from rig_drivers.marlin.dialect import KILLED, KLIPPER, klipper
+from rig_drivers.marlin.link import ANSWER_TIMEOUT_S, MarlinLink
 from rig_drivers.marlin.settings import MarlinAxis, read_axis, travel_time_s
 from rig_drivers.stage.serial_line import SerialLine
 from rig_drivers.stage.serial_stage import SerialStage, serial_line

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from functools import reduce
 
-from rig.errors import StageAlarmError
+from rig.errors import DeviceNotFoundError, StageAlarmError
 from rig_drivers.stage.dialogue import Noise
 
 AXES = "XYZ"
@@ -190,3 +190,13 @@ def alarm(device: str, text: str) -> StageAlarmError:
             return StageAlarmError(device, text.rstrip("."), advice=advice, code=code)
     advice = "see what the controller complains about, then home again"
     return StageAlarmError(device, text.rstrip("."), advice=advice, code="error")
+
+
+def klipper(device: str, found: str) -> DeviceNotFoundError:
+    """Return the error of a board that runs Klipper."""
+    return DeviceNotFoundError(
+        device,
+        f"asked for Marlin, found Klipper ({found})",
+        advice="Klipper's console does not tell when a move has ended: put Marlin 2 or grblHAL on "
+        'the board, or drive Klipper by a program of your own (stage.kind = "command")',
+    )

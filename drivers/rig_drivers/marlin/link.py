@@ -1,14 +1,11 @@
 """The dialogue with a Marlin controller: numbered lines, each answered before the next is sent."""
 
-from enum import Enum
-
 from rig.devices import Clock
 from rig.errors import DeviceLostError, DeviceNotFoundError, StageAlarmError, StageTimeoutError
 from rig_drivers.marlin.dialect import (
     FAILING,
     KILLED,
     KLIPPER,
-    Busy,
     Ok,
     Position,
     Remark,
@@ -17,37 +14,19 @@ from rig_drivers.marlin.dialect import (
     Start,
     Trouble,
     alarm,
+    klipper,
     numbered_line,
     parse_reply,
 )
-from rig_drivers.stage.dialogue import QUIET_S, Dialogue
+from rig_drivers.marlin.listening import ATTEMPTS, SILENCE_S, Listener, Silence
+from rig_drivers.stage.dialogue import Dialogue
 from rig_drivers.stage.serial_line import SerialLine
 
 START_TIMEOUT_S = 4.0
 """Opening the port resets most boards; the boot loader takes 1-2 s. Others say nothing."""
 ANSWER_TIMEOUT_S = 5.0
-SILENCE_S = 3.0
-"""A working controller says at least `busy` every second, as this driver tells it to (M113)."""
-ATTEMPTS = 4
 KILL_S = 1.0
 """A controller that fails says so, and halts at once."""
-
-
-class _Silence(Enum):
-    """Why an answer did not come."""
-
-    SILENT = "the controller fell silent"
-    LATE = "the command took too long"
-
-
-def klipper(device: str, found: str) -> DeviceNotFoundError:
-    """Return the error of a board that runs Klipper."""
-    return DeviceNotFoundError(
-        device,
-        f"asked for Marlin, found Klipper ({found})",
-        advice="Klipper's console does not tell when a move has ended: put Marlin 2 or grblHAL on "
-        'the board, or drive Klipper by a program of your own (stage.kind = "command")',
-    )
 
 
 class MarlinLink:
@@ -64,6 +43,7 @@ class MarlinLink:
         self._dialogue: Dialogue[Reply] = Dialogue(
             line, clock, device, parse=parse_reply, notice=self._notice, refuse=self._refuse
         )
+        self._listener = Listener(self._dialogue, clock)
         self._next = 1
         self._tokens = 0
         self._is_in_step = False
@@ -137,12 +117,12 @@ class MarlinLink:
         printed: list[Position | Remark] = []
         for _ in range(ATTEMPTS):
             self._dialogue.write(numbered_line(self._next, text))
-            answer = self._await(printed, timeout_s, heeds=heeds)
+            answer = self._listener.answer(self._next, printed, timeout_s, heeds=heeds)
             if isinstance(answer, Ok):
                 self._next += 1
                 self._is_in_step = True
                 return printed
-            if answer is _Silence.LATE:
+            if answer is Silence.LATE:
                 break
             if isinstance(answer, Resend):
                 self._dialogue.drain()
@@ -170,7 +150,7 @@ class MarlinLink:
             self._tokens += 1
             token = f"rig{self._tokens}"
             self._dialogue.write(numbered_line(self._next, f"M118 {token}"))
-            answer = self._await_token(token, heeds=heeds)
+            answer = self._listener.token(token, heeds=heeds)
             if isinstance(answer, Resend):
                 if is_certain and answer.number < self._next:
                     raise self._out_of_step(answer)
@@ -197,7 +177,8 @@ class MarlinLink:
         """
         lines = [reply.text for reply in self.command(text) if isinstance(reply, Remark)]
         if not any(wanted in line for line in lines):
-            lines += [reply.text for reply in self._afterwards() if isinstance(reply, Remark)]
+            late = self._listener.afterwards()
+            lines += [reply.text for reply in late if isinstance(reply, Remark)]
         return lines
 
     def position(self) -> Position:
@@ -207,13 +188,12 @@ class MarlinLink:
             StageAlarmError, StageTimeoutError: see `command`.
         """
         for _ in range(ATTEMPTS):
-            printed = self.command("M114 R")
-            found = next((reply for reply in printed if isinstance(reply, Position)), None)
-            if found is None:
-                late = (reply for reply in self._afterwards() if isinstance(reply, Position))
-                found = next(late, None)
-            if found is not None:
-                return found
+            said: list[Reply] = [*self.command("M114 R")]
+            if not any(isinstance(reply, Position) for reply in said):
+                said += self._listener.afterwards()
+            for reply in said:
+                if isinstance(reply, Position):
+                    return reply
         raise self._timeout("M114", ATTEMPTS * ANSWER_TIMEOUT_S)
 
     # -- stopping -----------------------------------------------------------------------------
@@ -262,67 +242,18 @@ class MarlinLink:
                 break
         return self.is_killed
 
-    def _afterwards(self) -> list[Reply]:
-        """Return what comes after an `ok`, until the line is quiet."""
-        replies: list[Reply] = []
-        while (reply := self._dialogue.heed(self._clock.now_s() + QUIET_S)) is not None:
-            replies.append(reply)
-        return replies
-
     def _restart_numbers(self) -> None:
         for _ in range(ATTEMPTS):
             self._dialogue.write(b"\n")  # ends what another program may have begun
             self._dialogue.drain()
             self._next = 0
             self._dialogue.write(numbered_line(0, "M110 N0"))
-            if isinstance(self._await([], ANSWER_TIMEOUT_S, heeds=True), Ok):
+            if isinstance(self._listener.answer(self._next, [], ANSWER_TIMEOUT_S, heeds=True), Ok):
                 self._next = 1
                 self._dialogue.drain()
                 self.speak_up()
                 return
         raise self._timeout("M110", ATTEMPTS * SILENCE_S)
-
-    def _await(
-        self, printed: list[Position | Remark], timeout_s: float, *, heeds: bool
-    ) -> Ok | Resend | _Silence:
-        deadline_s = self._clock.now_s() + timeout_s
-        silent_s = self._clock.now_s() + SILENCE_S
-        while True:
-            reply = self._listen(min(deadline_s, silent_s), heeds=heeds)
-            match reply:
-                case None:
-                    is_late = self._clock.now_s() >= deadline_s
-                    return _Silence.LATE if is_late else _Silence.SILENT
-                case Ok() if reply.number in {None, self._next}:
-                    printed += [] if reply.position is None else [reply.position]
-                    printed += [Remark(reply.text)] if reply.text else []
-                    return reply
-                case Resend():
-                    return reply
-                case Busy():
-                    silent_s = self._clock.now_s() + SILENCE_S
-                    if self._clock.now_s() >= deadline_s:
-                        return _Silence.LATE
-                case Position() | Remark():
-                    printed.append(reply)
-                case _:
-                    pass
-
-    def _await_token(self, token: str, *, heeds: bool) -> Remark | Resend | None:
-        """Return the token, or a request to send again, or nothing after a silence."""
-        silent_s = self._clock.now_s() + SILENCE_S
-        deadline_s = self._clock.now_s() + ATTEMPTS * SILENCE_S
-        while (reply := self._listen(min(silent_s, deadline_s), heeds=heeds)) is not None:
-            if isinstance(reply, Busy):
-                silent_s = self._clock.now_s() + SILENCE_S
-            if isinstance(reply, Resend):
-                return reply
-            if isinstance(reply, Remark) and reply.text.removeprefix("echo:").strip() == token:
-                return reply
-        return None
-
-    def _listen(self, deadline_s: float, *, heeds: bool) -> Reply | None:
-        return self._dialogue.heed(deadline_s) if heeds else self._dialogue.next(deadline_s)
 
     def _notice(self, reply: Reply) -> None:
         if isinstance(reply, Start):

@@ -40,12 +40,15 @@ def _sensors(name: str) -> list[dict[str, object]]:
     from rig_drivers.oak.described import described_sensors  # noqa: PLC0415 - as above
     from rig_drivers.oak.discovery import open_oak  # noqa: PLC0415
 
+    device = open_oak(name)
     try:
-        return [sensor.model_dump() for sensor in described_sensors(open_oak(name))]
+        return [sensor.model_dump() for sensor in described_sensors(device)]
     except RuntimeError as error:
         raise DeviceLostError(
             f"OAK {name}", f"stopped answering ({error})", advice="plug it in again"
         ) from error
+    finally:
+        device.close()  # left booted, it would be busy for some seconds
 
 
 if __name__ == "__main__":

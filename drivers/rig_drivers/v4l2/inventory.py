@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rig.errors import DeviceError, DeviceNotFoundError
+from rig_drivers.v4l2.best_mode import best_mode
 from rig_drivers.v4l2.controls import Controls
-from rig_drivers.v4l2.formats import size_offers
+from rig_drivers.v4l2.formats import Mode, size_offers
 from rig_drivers.v4l2.kernel import Kernel
 from rig_drivers.v4l2.node import Node
 
@@ -25,6 +26,8 @@ class VideoNode:
     pixel_formats: tuple[str, ...] = ()
     largest_px: tuple[int, int] | None = None
     """Width and height of its largest picture, where it lists any."""
+    best: Mode | None = None
+    """What measures best of what it offers; None where it does not tell sizes and rates."""
     controls: tuple[str, ...] = ()
     trouble: str | None = None
     """Why it could not be asked, and what to do; None if all is well."""
@@ -68,6 +71,7 @@ def _described(path: Path, links: list[Path], kernel: Kernel) -> VideoNode | Non
                 bus=node.capability.bus_info.decode(errors="replace"),
                 pixel_formats=tuple(dict.fromkeys(offer.pixel_format for offer in offers)),
                 largest_px=max(told, key=lambda size: size[0] * size[1], default=None),
+                best=best_mode(node, offers),
                 controls=tuple(control.name for control in Controls(node)),
             )
     except DeviceNotFoundError as error:

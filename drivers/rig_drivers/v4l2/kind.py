@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rig.devices import Camera, SystemClock
-from rig.discovery import FoundDevice, Search
+from rig.discovery import FoundDevice, FoundPicture, Search
 from rig.profile import V4l2CameraConfig
 from rig.profile.kinds import CameraKind, CameraTemplate, NewCamera, Surroundings
 from rig.profile.parts import likely_layout, picture_of, places_of
@@ -18,8 +18,8 @@ _SECTION = """\
 kind = "v4l2"
 width_px = {width_px}{whole}
 height_px = {height_px}
-rate_hz = 30
-pixel_format = "{pixel_format}"  # or Y10, Y10P, YUYV, RGGB ...; MJPG is the last resort
+rate_hz = {rate_hz:g}
+pixel_format = "{pixel_format}"  # {formats}
 exposure_s = 0.008     # locked; the white squares should reach 70 % of full scale
 # gain = 16            # lock it too: the number that v4l2-ctl shows
 # focus = 0            # only for lenses with autofocus: lock it
@@ -29,6 +29,7 @@ max_skew_s = 0.005     # a board that stands still allows more
 [camera.devices]
 {devices}
 """
+_OTHER_FORMATS = "or Y10, Y10P, YUYV, RGGB ...; MJPG is the last resort"
 _PARTS = """\
 # Which part of the device's picture each view is. MEASURE: cover one lens after the other.
 [camera.parts]"""
@@ -69,13 +70,25 @@ def found_device(node: "VideoNode") -> FoundDevice:
         tuple(str(path) for path in (*node.stable_paths[1:], node.path)),
         node.trouble,
         layout,
+        _picture(node),
     )
 
 
+def _picture(node: "VideoNode") -> FoundPicture | None:
+    best = node.best
+    if best is None or best.rate_hz is None:
+        return None
+    return FoundPicture(best.pixel_format, best.width_px, best.height_px, best.rate_hz)
+
+
 def _section(new: NewCamera) -> str:
-    layout = new.layout
+    layout, best = new.layout, new.picture
     width_px, height_px = new.width_px, new.height_px
+    pixel_format, rate_hz, formats = "GREY", 30.0, _OTHER_FORMATS
     if layout is None:
+        if best is not None:
+            width_px, height_px, rate_hz = best.width_px, best.height_px, best.rate_hz
+            pixel_format, formats = best.pixel_format, f"as the first device offers it; {formats}"
         lines = [
             f"{view} = {json.dumps(_path_of(view, place, new.devices))}"
             for place, view in enumerate(new.views)
@@ -88,10 +101,14 @@ def _section(new: NewCamera) -> str:
         lines += [f'{view} = "{layout}:{place}"' for place, view in enumerate(new.views, start=1)]
         if layout != "interleaved":  # whose formats count the pixels of one view
             width_px, height_px = picture_of(layout, (width_px, height_px))
+        else:
+            pixel_format = "Y8I"
     return _SECTION.format(
         width_px=width_px,
         height_px=height_px,
-        pixel_format="Y8I" if layout == "interleaved" else "GREY",
+        rate_hz=rate_hz,
+        pixel_format=pixel_format,
+        formats=formats,
         whole="" if layout is None else "  # of the whole picture. MEASURE: what the device offers",
         devices="\n".join(lines),
     )
