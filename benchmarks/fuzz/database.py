@@ -65,7 +65,25 @@ class Database:
             connection.execute("PRAGMA synchronous = OFF")
             for _ in range(rng.choice((1, 1, 1, 2, 3))):
                 with suppress(sqlite3.IntegrityError, OverflowError, UnicodeEncodeError):
-                    self._change_cell(rng, connection)
+                    change = self._change_row if rng.random() < 0.15 else self._change_cell
+                    change(rng, connection)
+
+    @staticmethod
+    def _change_row(rng: random.Random, connection: sqlite3.Connection) -> None:
+        """Change cells together that only together mean something else."""
+        told = rng.choice((
+            "measurements SET plane_a_px = NULL, plane_b = NULL",
+            "measurements SET centre_x_px = NULL, centre_y_px = NULL",
+            "measurements SET failure_reason = 'no_board', failure_message = 'x', "
+            "slope_px = NULL, sigma_px = NULL",
+            "measurements SET slope_px = NULL, sigma_px = NULL",
+            "sweeps SET folder = '../elsewhere'",
+            "sweeps SET folder = '/etc'",
+            "sweeps SET folder = ''",
+            "samples SET folder = '../x'",
+        ))  # fmt: skip
+        with suppress(sqlite3.OperationalError):  # a column of another table
+            connection.execute(f"UPDATE {told}")
 
     @staticmethod
     def _change_cell(rng: random.Random, connection: sqlite3.Connection) -> None:

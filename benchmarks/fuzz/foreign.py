@@ -8,7 +8,7 @@ from pathlib import Path
 
 from benchmarks.fuzz import mutate
 from benchmarks.fuzz.foreign_ways import WAYS
-from benchmarks.fuzz.geometry import known_geometry, lens_of, some_of
+from benchmarks.fuzz.geometry import known_geometry, lens_of, sized, some_of
 from rig.export.formats import formats_of
 from rig.export.geometry_format import export_geometry, geometry_format
 from rig.export.geometry_import import into_one_view, match_views, read_foreign
@@ -46,7 +46,7 @@ def imports(name: str) -> Callable[[Path], Draw]:
     def prepare(folder: Path) -> Draw:
         ways = list(_ways(name, folder))
         profiles = [load_profile("sim"), load_profile("sim", SMALL_PAIR)]
-        others = known_geometry()
+        others = [None, known_geometry(), sized(known_geometry(), 1280, 720)]
 
         def draw(rng: random.Random) -> Read:
             way = rng.choice(ways)
@@ -57,7 +57,7 @@ def imports(name: str) -> Callable[[Path], Draw]:
             said = name if chance < 0.8 else None
             if chance > 0.98:
                 said = rng.choice([other for other in FORMATS if other != name])
-            kept = others if rng.random() < 0.7 else None
+            kept = rng.choice(others)
             names = _Names(rng.random(), rng.random())
             return lambda: _read(place, said, profile, names, kept)
 
@@ -138,8 +138,7 @@ def _ways(name: str, folder: Path) -> Sequence[Way]:
     five = known_geometry()
     rigs = [five, some_of(five, 2), some_of(five, 1)]
     rigs += [lens_of(some_of(five, 2), lens) for lens in ("none", "fisheye", "brown8")]
-    small = replace(five.cameras[0], width_px=320, height_px=200)
-    rigs.append(replace(rigs[2], cameras=(small,)))
+    rigs.append(sized(rigs[2], 320, 200))
     held = geometry_format(name)
     found: list[Way] = []
     for number, rig in enumerate(rigs):

@@ -40,6 +40,15 @@ def _zed_of_two_sizes(geometry: RigGeometry) -> str:
     return other + one.replace("[MISC]\nSensor_ID=0\n", "")
 
 
+def _zed_of_one(geometry: RigGeometry) -> str:
+    told = foreign_files.zed(geometry.cameras[0], geometry)
+    return told.replace("RIGHT_CAM", "OTHER")
+
+
+def _zed_of_unknown_size(geometry: RigGeometry) -> str:
+    return foreign_files.zed(geometry.cameras[0], geometry, "4K")
+
+
 def _caliscope_with_one_ignored(geometry: RigGeometry) -> str:
     told = foreign_files.caliscope(some_of(geometry, 3))
     return "ignore = true".join(told.rsplit("ignore = false", 1))
@@ -234,6 +243,8 @@ WAYS: Mapping[str, Sequence[Write]] = {
     "zed": (
         _text("SN1.conf", lambda rig: foreign_files.zed(rig.cameras[0], rig)),
         _text("SN2.conf", _zed_of_two_sizes),
+        _text("SN4.conf", _zed_of_one),
+        _text("SN5.conf", _zed_of_unknown_size),
         _text("SN3.conf", lambda rig: foreign_files.zed(
             _pair(rig, "fisheye").cameras[0], _pair(rig, "fisheye"))),
     ),

@@ -36,3 +36,9 @@ def lens_of(geometry: RigGeometry, lens: LensModel) -> RigGeometry:
     numbers = tuple(0.01 * (-1.0) ** i / (1 + i) for i in range(COEFFICIENTS[lens]))
     cameras = tuple(replace(c, lens=lens, coefficients=numbers) for c in geometry.cameras)
     return replace(geometry, cameras=cameras)
+
+
+def sized(geometry: RigGeometry, width_px: int, height_px: int) -> RigGeometry:
+    """Return the same rig with pictures of another size."""
+    cameras = (replace(c, width_px=width_px, height_px=height_px) for c in geometry.cameras)
+    return replace(geometry, cameras=tuple(cameras))

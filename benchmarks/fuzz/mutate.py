@@ -5,8 +5,6 @@ import json
 import random
 import re
 import struct
-import zlib
-from collections.abc import Callable
 from typing import Any
 
 import yaml
@@ -139,8 +137,27 @@ def tree(rng: random.Random, valid: Any) -> Any:
     """Change a few places of what JSON holds; the original stays."""
     changed = json.loads(json.dumps(valid))
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
-        changed = _branch(rng, changed)
+        changed = _leaf(rng, changed) if rng.random() < 0.4 else _branch(rng, changed)
     return changed
+
+
+def _leaf(rng: random.Random, place: Any) -> Any:
+    """Change one of all values that hold no others, however deep."""
+    found: list[tuple[Any, Any]] = []
+    ahead = [place]
+    while ahead:
+        holder = ahead.pop()
+        if not isinstance(holder, dict | list):
+            continue
+        for key, value in holder.items() if isinstance(holder, dict) else enumerate(holder):
+            if isinstance(value, dict | list) and value:
+                ahead.append(value)
+            else:
+                found.append((holder, key))
+    if found:
+        holder, key = rng.choice(found)
+        holder[key] = _branch(rng, holder[key])
+    return place
 
 
 def _branch(rng: random.Random, place: Any) -> Any:
@@ -213,81 +230,3 @@ def raw(rng: random.Random, valid: bytes) -> bytes:
                 if rng.random() < 0.2:
                     del changed[at:]
     return bytes(changed)
-
-
-def png(rng: random.Random, valid: bytes) -> bytes:
-    """Change parts of a PNG; their checksums are right again in most cases."""
-    parts = _png_parts(valid)
-    at = rng.randrange(len(parts))
-    name, body = parts[at]
-    match rng.randrange(10):
-        case 0:
-            del parts[at]
-        case 1:
-            parts.insert(at, parts[rng.randrange(len(parts))])
-        case 8:
-            head = bytearray(parts[0][1])
-            place = rng.randrange(8, len(head)) if rng.random() < 0.5 else rng.randrange(8)
-            head[place] = rng.choice((0, 1, 2, 3, 4, 6, 8, 16))
-            parts[0] = (parts[0][0], bytes(head))
-        case 9:
-            parts.insert(1, (b"PLTE", bytes(rng.choice((0, 2, 3, 6, 12, 48, 768, 771)))))
-        case 2:
-            parts[at] = (bytes(rng.choice(b"IHDRPLTEtRNSacTLfdAT") for _ in range(4)), body)
-        case 3:
-            parts.insert(1, (rng.choice((b"zTXt", b"iCCP", b"acTL", b"PLTE", b"tRNS")), body[:600]))
-        case 4:
-            pixels = zlib.decompress(b"".join(body for name, body in parts if name == b"IDAT"))
-            parts = [part for part in parts if part[0] != b"IDAT"]
-            parts.insert(-1, (b"IDAT", zlib.compress(raw(rng, pixels))))
-        case _:
-            parts[at] = (name, raw(rng, body) if body else b"x")
-    joined = valid[:8] + b"".join(png_part(*part) for part in parts)
-    return raw(rng, joined) if rng.random() < 0.1 else joined
-
-
-def _png_parts(valid: bytes) -> list[tuple[bytes, bytes]]:
-    at, found = 8, list[tuple[bytes, bytes]]()
-    while at < len(valid):
-        length, name = struct.unpack_from(">I4s", valid, at)
-        found.append((name, valid[at + 8 : at + 8 + length]))
-        at += 12 + length
-    return found
-
-
-def png_part(name: bytes, body: bytes) -> bytes:
-    """Return a part with its length and checksum."""
-    return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
-
-
-_MCAP_HEAD = struct.Struct("<BQ")
-
-
-def mcap(
-    rng: random.Random, valid: bytes, change: Callable[[random.Random, bytes], bytes]
-) -> bytes:
-    """Change records of an MCAP file; their lengths are right again in most cases."""
-    records = _records(valid)
-    at = rng.randrange(len(records))
-    opcode, body = records[at]
-    match rng.randrange(8):
-        case 0:
-            del records[at]
-        case 1:
-            records.insert(at, records[rng.randrange(len(records))])
-        case 2:
-            records[at] = (rng.randrange(16), body)
-        case _:
-            records[at] = (opcode, change(rng, body))
-    joined = valid[:8] + b"".join(_MCAP_HEAD.pack(o, len(b)) + b for o, b in records) + valid[:8]
-    return raw(rng, joined) if rng.random() < 0.1 else joined
-
-
-def _records(valid: bytes) -> list[tuple[int, bytes]]:
-    at, found = 8, list[tuple[int, bytes]]()
-    while at + _MCAP_HEAD.size <= len(valid) - 8:
-        opcode, length = _MCAP_HEAD.unpack_from(valid, at)
-        at += _MCAP_HEAD.size
-        found.append((opcode, valid[at : at + length]))
-        at += length
-    return found

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.fuzz import mutate
+from benchmarks.fuzz import mutate, structured
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _STEPS = (
@@ -48,7 +48,7 @@ def changed(rng: random.Random, suffix: str, valid: bytes) -> bytes:
     """Change a picture by its own structure, or its bytes."""
     chance = rng.random()
     if suffix == "png" and chance < 0.8:
-        return mutate.png(rng, valid)
+        return structured.png(rng, valid)
     if suffix == "jpg" and chance < 0.6:
         return _jpeg(rng, valid)
     if suffix in {"pgm", "ppm", "pbm"} and chance < 0.5:
@@ -79,7 +79,7 @@ def _png(colour: int, bits: int, *, is_woven: int) -> bytes:
         parts.append((b"PLTE", bytes(range(3 * 2**bits))[:768] if bits < 8 else rng.bytes(768)))
         parts.append((b"tRNS", b"\x80"))
     parts += [(b"IDAT", zlib.compress(pixels)), (b"IEND", b"")]
-    return _PNG + b"".join(mutate.png_part(name, body) for name, body in parts)
+    return _PNG + b"".join(structured.png_part(name, body) for name, body in parts)
 
 
 def _two_channels() -> bytes:

@@ -1,6 +1,5 @@
 """What is read: every parser with its valid inputs and the changes that suit them."""
 
-import json
 import random
 import shutil
 from collections.abc import Callable, Mapping, Sequence
@@ -19,6 +18,8 @@ from benchmarks.fuzz import mutate
 from benchmarks.fuzz.database import Database
 from benchmarks.fuzz.foreign import FORMATS, imports
 from benchmarks.fuzz.pictures import changed, valid_pictures
+from benchmarks.fuzz.recordings import changed as changed_recording
+from benchmarks.fuzz.recordings import valid_recordings
 from rig.depth import read_pfm, write_pfm
 from rig.devices import SystemClock
 from rig.errors import FormatError
@@ -27,7 +28,6 @@ from rig.profile import FolderCameraConfig, ViewConfig
 from rig.profile.load import load_profile
 from rig.recording import recorded
 from rig.sweep.request import SweepRequest, plan_of, planned_times
-from tests.support.recordings import written
 
 Read = Callable[[], object]
 Draw = Callable[[random.Random], Read]
@@ -45,6 +45,13 @@ STAGE_LINES: Mapping[str, tuple[Callable[[str], object], tuple[str, ...]]] = {
             "<Idle|MPos:-5.000,-5.000,-5.000|FS:0,0|Pn:XYZ|WCO:0.000,0.000,0.000>",
             "[MSG:INFO: Grbl_ESP32 Ver 1.3a Date 20200426]",
             "[OPT:VZL,15,128]",
+            "GrblHAL 1.1f ['$' or '$HELP' for help]",
+            "Grbl 3.7 [FluidNC v3.7.8 (wifi) '$' for help]",
+            "$130=200.000 (x max travel, mm)",
+            "$/axes/x/max_travel_mm=300.000",
+            "$N0=G21",
+            "<Hold:0|WPos:1.000,2.000,3.000|Bf:15,128>",
+            "<Run|MPos:1.000,2.000,3.000,4.000|Ov:100,100,100>",
         ),
     ),
     "marlin": (
@@ -57,6 +64,16 @@ STAGE_LINES: Mapping[str, tuple[Callable[[str], object], tuple[str, ...]]] = {
             "Error:checksum mismatch, Last Line: 11",
             "X:0.00 Y:0.00 Z:10.00 E:0.00 Count X:0 Y:0 Z:4000",
             "echo:  M92 X80.00 Y80.00 Z400.00 E93.00",
+            "ok X:0.00 Y:0.00 Z:10.00 E:0.00 Count X:0 Y:0 Z:4000",
+            "X:0.00 Y:0.00 Z:10.00 E:0.00",
+            "X:0.00 Y:0.00 Z:10.00 Count A:0 B:0 Z:4000",
+            "X:0.00 Y:0.00 Z:10.00 Count X:0 Y:0",
+            "X:0.00 Y:0.00 X:10.00 Count X:0 Y:0 X:4000",
+            "X:0.00 Y:0.00 Z:10.00 Count X:0 Y:0 Z:4000",
+            "Error:Printer halted. kill() called!",
+            "echo:Printer stopped due to errors. Fix the error and use M999 to restart.",
+            'echo:Unknown command: "G999"',
+            "Error:No Checksum with line number, Last Line: 3",
         ),
     ),
     "zaber": (
@@ -66,16 +83,30 @@ STAGE_LINES: Mapping[str, tuple[Callable[[str], object], tuple[str, ...]]] = {
             f"@01 1 42 RJ BUSY WR BADDATA:{checksum('01 1 42 RJ BUSY WR BADDATA')}",
             "!01 1 IDLE --",
             "#01 0 encoder.error",
+            f"!01 1 BUSY FF:{checksum('01 1 BUSY FF')}",
+            f"#01 0 text:{checksum('01 0 text')}",
+            "@01 0 00 OK IDLE WR 1000 2000",
         ),
     ),
 }
+OVERRIDES = (
+    *("sweep.samples=3", "camera.width_px=0", "views.0.x_steps=-1.02", "stage.kind=command", "=1"),
+    *("camera.kind=v4l2", "views=[]", "target.square_mm=nan", "a.b.c.d=[", "sweep={}", "name"),
+    *("stage.travel_mm=[0, 1e9]", "sweep.to_mm=1e308", "slopes.range_px=[9, -9]", "views.9.name=1"),
+)
+HEADS = (b"PF\n2 2\n-1\n", b"Pf\n4 3\n1.0\n", b"Pf\n4 0\n-1\n", b"Pf\n4 3\n0\n", b"Pf 4 3 -1 ")
 SETTINGS = """echo:  M201 X3000.00 Y3000.00 Z100.00
 echo:  M203 X500.00 Y500.00 Z12.00
 echo:  M204 P3000.00 R3000.00 T3000.00
 echo:  M92 X80.00 Y80.00 Z400.00
 echo:  M211 S1
 echo:Soft endstops: On  Min:  X0.00 Y0.00 Z0.00   Max:  X235.00 Y235.00 Z250.00"""
-ANSWERS = ('{"position_mm": 400.0}', '{"position_mm": null}', '{"stopped": true}', '{"error": "x"}')
+ANSWERS = (
+    *('{"position_mm": 7}', '{"position_mm": true}', '{"position_mm": 1e300}', '{"stopped": 1}'),
+    *('{"position_mm": 400.0}\n\n', '{"stopped": true, "error": "x"}', "[]", "1\n2"),
+    '{"error": "' + "x" * 100_000 + '"}',
+    *('{"position_mm": 400.0}', '{"position_mm": null}', '{"stopped": true}', '{"error": "x"}'),
+)
 
 
 @dataclass(frozen=True)
@@ -95,12 +126,21 @@ def profiles(folder: Path) -> Draw:
     path = folder / "bench.toml"
 
     def draw(rng: random.Random) -> Read:
-        text = mutate.text(rng, rng.choice(valid))
-        path.write_text(text, encoding="utf-8", errors="replace")
-        return _plan
+        overrides = tuple(rng.choice(OVERRIDES) for _ in range(rng.choice((0, 0, 0, 1, 2))))
+        overrides = tuple(mutate.text(rng, o) if rng.random() < 0.3 else o for o in overrides)
+        if rng.random() < 0.03:
+            name = rng.choice(("sim", "simm", "qqqq", "none.toml", "./sim", "", "sim-real"))
+            return lambda: _plan(name, overrides)
+        text = rng.choice(valid)
+        change = mutate.text
+        if rng.random() < 0.1:
+            change = rng.choice((mutate.block, mutate.many))
+        content = change(rng, text).encode(errors="replace")
+        path.write_bytes(mutate.raw(rng, content) if rng.random() < 0.02 else content)
+        return lambda: _plan(str(path), overrides)
 
-    def _plan() -> object:
-        profile = load_profile(str(path))
+    def _plan(name: str, overrides: Sequence[str]) -> object:
+        profile = load_profile(name, overrides)
         stops, samples = plan_of(profile, SweepRequest())
         return planned_times(profile, stops, samples)
 
@@ -114,7 +154,10 @@ def maps(folder: Path) -> Draw:
     valid = path.read_bytes()
 
     def draw(rng: random.Random) -> Read:
-        if rng.random() < 0.5:
+        if rng.random() < 0.1:
+            head = rng.choice(HEADS)
+            path.write_bytes(head + valid[13:])
+        elif rng.random() < 0.5:
             head, data = valid[:13], valid[13:]
             text = mutate.text(rng, head.decode())
             path.write_bytes(text.encode(errors="replace") + data)
@@ -152,22 +195,10 @@ def pictures(folder: Path) -> Draw:
 def recordings(folder: Path) -> Draw:
     """MCAP: of today, and the JSON of old in packed chunks."""
     path = folder / "r.mcap"
-    written(path, 3)
-    old = Path(__file__).parents[2] / "tests" / "data" / "recording_of_old.mcap"
-    valid = [path.read_bytes(), old.read_bytes()]
-
-    def change(rng: random.Random, body: bytes) -> bytes:
-        at = body.find(b'{"')
-        if at < 0 or rng.random() < 0.2:
-            return mutate.raw(rng, body) if body else b"x"
-        try:
-            facts = json.loads(body[at:])
-        except ValueError:
-            return mutate.raw(rng, body)
-        return body[:at] + mutate.as_json(rng, facts).encode(errors="replace")
+    valid = valid_recordings(folder)
 
     def draw(rng: random.Random) -> Read:
-        path.write_bytes(mutate.mcap(rng, rng.choice(valid), change))
+        path.write_bytes(changed_recording(rng, rng.choice(valid)))
         return lambda: list(recorded(path))
 
     return draw
@@ -180,13 +211,17 @@ def stage_lines(folder: Path) -> Draw:
     def draw(rng: random.Random) -> Read:
         kind = rng.choice([*STAGE_LINES, "answer", "settings"])
         if kind == "answer":
-            line = mutate.text(rng, rng.choice(ANSWERS))
+            line = rng.choice(ANSWERS)
+            if rng.random() < 0.7:
+                line = mutate.text(rng, line)
             return lambda: _answer(line)
         if kind == "settings":
             text = mutate.text(rng, SETTINGS)
             return lambda: read_axis(text.split("\n"), "X", device="stage")
         parse, lines = STAGE_LINES[kind]
-        line = mutate.text(rng, rng.choice(lines))
+        line = rng.choice(lines)
+        if rng.random() < 0.9:
+            line = mutate.text(rng, line)
         return lambda: parse(line)
 
     return draw

@@ -123,7 +123,7 @@ class McapReader:
         elif opcode == Opcode.CHANNEL:
             channel = Channel.read(_stream(content))
             self._channels[channel.id] = channel
-        elif opcode == Opcode.MESSAGE:
+        else:  # of those that are told, only a message is left
             number, *_ = MESSAGE.unpack_from(content)
             channel = self._channels[number]
             schema = self._schemas.get(channel.schema_id, "")
