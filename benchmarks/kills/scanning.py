@@ -13,7 +13,7 @@ from tests.support.stores import sqlite_url
 
 ROW = ("camera.row.at_mm=[-20.0, -9.0, 0.0, 12.5]", "quality.valid_share_pct=0.0")
 STILL = ("world.lamp.drift_pct_per_min=0.0", "world.sensor.read_noise_levels=0.0",
-         "world.sensor.electrons_per_level=1e12")  # fmt: skip
+         "world.sensor.electrons_per_level=1e30")  # fmt: skip
 
 SWEPT = ("world.renderer=analytic", "camera.inner.width_px=320", "camera.inner.height_px=200",
          "world.optics.focal_px=305.0", "world.optics.blur_px=0.6", "slopes.range_px=[3.5, 18.0]",
