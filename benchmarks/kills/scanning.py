@@ -7,18 +7,15 @@ from benchmarks.kills.taking import SweepTrial
 from benchmarks.kills.trial import PLAN, Trial
 from benchmarks.program import Ended, run_program
 from rig.live.captured import read_capture
-from tests.support.small_scan import SMALL_SCAN
+from tests.support.small_scan import SMALL_SCAN, SWEPT_SCAN
 from tests.support.small_sim import as_options
 from tests.support.stores import sqlite_url
 
 ROW = ("camera.row.at_mm=[-20.0, -9.0, 0.0, 12.5]", "quality.valid_share_pct=0.0")
 STILL = ("world.lamp.drift_pct_per_min=0.0", "world.sensor.read_noise_levels=0.0",
-         "world.sensor.electrons_per_level=1e12")  # fmt: skip
+         "world.sensor.electrons_per_level=1e30")  # fmt: skip
 
-SWEPT = ("world.renderer=analytic", "camera.inner.width_px=320", "camera.inner.height_px=200",
-         "world.optics.focal_px=305.0", "world.optics.blur_px=0.6", "slopes.range_px=[3.5, 18.0]",
-         "camera.row.at_mm=[-20.0, 0.0, 12.5]", "world.lamp.drift_pct_per_min=0.0")  # fmt: skip
-"""Overrides of `sim-scan` with which its board is found at every stop of a short sweep."""
+STEADY = "world.lamp.drift_pct_per_min=0.0"
 SWEPT_STOPS = ("--at-mm", "400,500,650,800,900", "--samples", "1", "--calibration", "none")
 
 
@@ -119,4 +116,11 @@ class SweepScanTrial(SweepTrial):
         return [*self._rig(folder), "--resume"] if "--resume" in again else self.words(folder)
 
     def _rig(self, folder: Path) -> list[str]:
-        return ["sweep", "sim-scan", *as_options(SWEPT), *PLAN, "--db", self.url(folder)]
+        return [
+            "sweep",
+            "sim-scan",
+            *as_options((*SWEPT_SCAN, STEADY)),
+            *PLAN,
+            "--db",
+            self.url(folder),
+        ]

@@ -15,8 +15,9 @@ from tests.support.stores import sqlite_url
 
 OPTIONS = tuple(as_options(SMALL_PAIR))
 PLAN = ("--set", "sweep.holdout_every=0", "--set", "sweep.backward_every=0",
-        # A resumed sweep grabs more often: with noise its pictures would be others.
-        "--set", "world.sensor.electrons_per_level=1e12",
+        # A resumed sweep grabs more often, and noise is drawn by the number of the grab: its
+        # pictures would be others. 1e12 electrons still turn a grey value of x.5 over, 1e30 none.
+        "--set", "world.sensor.electrons_per_level=1e30",
         "--set", "world.sensor.read_noise_levels=0")  # fmt: skip
 STOPS = ("--at-mm", "400,500,650,900,1200", "--samples", "1")
 GOOD = (0, 3)

@@ -75,6 +75,22 @@ def measure_old_distance_again(
     _measure_again(*finished[-1], job, hardware, tell)
 
 
+def scans_anew(stored: int, wanted: int) -> str:
+    """Say what becomes of a scan that was cut off.
+
+    Its takes cannot be joined to new ones: the stage of the board was homed since, so the board
+    comes back within the play of its stage only, and a scan is of one scene at rest.
+
+    Args:
+        stored: scans of the sweep that are whole.
+        wanted: scans that it is to have.
+    """
+    return (
+        f"{stored} of {wanted} scans are whole and kept; one that was cut off between two views is "
+        "taken anew from its first view: the board may have moved since"
+    )
+
+
 def allowed_change_px(profile: Profile, before: CurvePoint, max_motion_px: float) -> float:
     """Return by how much the slope of a distance may differ when it is visited again.
 

@@ -19,7 +19,7 @@ from rig.sweep.job import SweepJob
 from rig.sweep.measure_sample import measure_sample
 from rig.sweep.measuring_thread import MeasuringThread
 from rig.sweep.request import sweep_setup
-from rig.sweep.resume import measure_left_over, measure_old_distance_again
+from rig.sweep.resume import measure_left_over, measure_old_distance_again, scans_anew
 from rig.sweep.take import SweepTimes, run_sweep
 from rig.sweep.watch import SweepWatcher, Unwatched
 from rig.unit import unit_of
@@ -123,6 +123,8 @@ def _go_on(job: SweepJob, hardware: Hardware, store: Store, tell: Tell) -> None:
     store.reopen_sweep(number)
     measure_left_over(job, number, store)
     measure_old_distance_again(job, number, hardware, store, tell)
+    if job.run.profile.camera.is_scan:
+        tell(scans_anew(len(store.samples(number)), len(job.stops) * job.samples))
 
 
 def _require_same_unit(sweep: Sweep, here: str) -> None:

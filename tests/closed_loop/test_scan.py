@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from rig.database import open_store
 from tests.support.signalled import STILL, run_signalled
-from tests.support.small_scan import SMALL_SCAN
+from tests.support.small_scan import SMALL_SCAN, SWEPT_SCAN
 from tests.support.small_sim import as_options
 from tests.support.stores import sqlite_url
 
@@ -16,6 +17,8 @@ pytestmark = pytest.mark.slow
 KEEP = "call:rig_drivers.scan.on_disk:OnDisk.keep"
 PUT = "call:rig.files:sync_folder"
 MOVE = "call:rig_sim.carriage:Carriage.follow"
+SECOND_SCAN = "call:rig_drivers.scan.kept:InMemory.keep:8"
+"""Five takes are a scan: of three views, and of the reference before and after them."""
 ROW = ("camera.row.at_mm=[-20.0, 0.0, 12.5]", "quality.valid_share_pct=0.0")
 
 
@@ -23,6 +26,36 @@ def capture(number: int, point: str, folder: Path, *more: str):
     words = ("capture", "sim-scan", *as_options((*SMALL_SCAN, *ROW)), "--frames", "1", *more)
     where = ("--slopes-only", "--calibration", "none", "--db", sqlite_url(folder), "--json")
     return run_signalled(number, point, *words, *where)
+
+
+ALL_FITTED = ("sweep.holdout_every=0", "sweep.backward_every=0")
+
+
+def sweep(number: int, point: str, folder: Path, *more: str):
+    words = [
+        "sweep",
+        "sim-scan",
+        *more,
+        *as_options((*SWEPT_SCAN, *ALL_FITTED)),
+        "--db",
+        sqlite_url(folder),
+    ]
+    return run_signalled(number, point, *words)
+
+
+def test_a_sweep_killed_between_two_views_of_a_scan_says_that_it_is_taken_anew(tmp_path: Path):
+    stops = ("--at-mm", "400,500,650,800,900", "--samples", "1", "--calibration", "none")
+    begun = sweep(signal.SIGKILL, SECOND_SCAN, tmp_path, *stops)
+    assert begun.code == -signal.SIGKILL
+    with open_store(sqlite_url(tmp_path)) as store:
+        (first,) = store.samples(1)
+        before = {file: file.read_bytes() for file in first.folder.iterdir()}
+    again = sweep(signal.SIGKILL, f"{MOVE}:100000", tmp_path, "--resume")
+    assert again.code in (0, 3), again.err
+    assert "1 of 5 scans are whole and kept; one that was cut off" in again.err
+    with open_store(sqlite_url(tmp_path)) as store:
+        assert len(store.samples(1)) == 5
+        assert {file: file.read_bytes() for file in first.folder.iterdir()} == before
 
 
 def takes(folder: Path) -> dict[str, bytes]:
