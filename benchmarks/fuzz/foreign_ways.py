@@ -108,7 +108,12 @@ def _opencv_alone(
 def _opencv_many(geometry: RigGeometry) -> str:
     """All views by JSON, as `rig.yml` has them."""
     views: list[dict[str, object]] = []
-    for lens, name in (("none", "centre"), ("brown8", "right"), ("fisheye", "other")):
+    kinds: Sequence[tuple[LensModel, str]] = (
+        ("none", "centre"),
+        ("brown8", "right"),
+        ("fisheye", "other"),
+    )
+    for lens, name in kinds:
         camera = lens_of(some_of(geometry, 1), lens).cameras[0]
         views.append({
             "name": name, "image_width": 640, "image_height": 400, "distortion_model": lens,

@@ -59,7 +59,7 @@ def changed(rng: random.Random, suffix: str, valid: bytes) -> bytes:
     return mutate.raw(rng, valid)
 
 
-def _encoded(suffix: str, image: NDArray[np.generic], *options: int) -> bytes:
+def _encoded(suffix: str, image: NDArray[np.uint8] | NDArray[np.uint16], *options: int) -> bytes:
     return cv2.imencode(suffix, image, options)[1].tobytes()
 
 

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple, Protocol, cast
 
 from rig.bounded_text import parse_toml
 from rig.errors import OptionError
+from rig.terminal_text import one_line
 
 _ALTERNATIVES: Mapping[tuple[str, ...], str] = {
     ("slopes", "range_px"): "range_mm",
@@ -25,7 +26,7 @@ class Override(NamedTuple):
     """One `key.path=value`."""
 
     text: str
-    """As it was written."""
+    """As it was written, in one harmless line."""
     path: tuple[str, ...]
     """Key by key; an entry of a list by its `name` or its index."""
     value: Any
@@ -39,11 +40,12 @@ def read_override(text: str) -> Override:
     """
     key, equals, value = text.partition("=")
     path = tuple(part.strip() for part in key.split("."))
-    if not equals or not all(path):
+    shown = one_line(text)
+    if not equals or not all(part and part.isprintable() for part in path):
         raise OptionError(
-            f"--set {text}: names no key and value", advice="write it as key.path=value"
+            f"--set {shown}: names no key and value", advice="write it as key.path=value"
         )
-    return Override(text, path, _toml_value(value.strip()))
+    return Override(shown, path, _toml_value(value.strip()))
 
 
 def apply_overrides(

@@ -54,6 +54,18 @@ def test_what_names_no_key_and_value_is_refused(text: str):
         read_override(text)
 
 
+@pytest.mark.parametrize("text", ["a\nb", "a\nb=1", "a.\r=1", "a\x1b[2J=1", "a\u2028b.c=1"])
+def test_a_key_that_no_line_can_show_is_refused_in_one_line(text: str):
+    with pytest.raises(OptionError, match="names no key and value") as refused:
+        read_override(text)
+    assert str(refused.value).isprintable()
+
+
+def test_a_value_of_several_lines_is_shown_in_one():
+    override = read_override("a=[1,\n2]")
+    assert (override.text, override.value) == ("a=[1, 2]", [1, 2])
+
+
 def test_values_reach_their_place():
     assert applied("views.right.x=7")["views"] == [
         {"name": "left", "x": 0}, {"name": "right", "x": 7},
