@@ -5,6 +5,7 @@ or lose it. Nothing is held then, so the program ends at once. Everywhere else C
 closed terminal become one KeyboardInterrupt, which the verb's own blocks turn into an orderly end.
 """
 
+import logging
 import os
 import signal
 import sys
@@ -52,12 +53,14 @@ class WayOut:
                 if not is_ignored(number):
                     self._previous[number] = signal.signal(number, self._on_signal)
             sys.unraisablehook = self._on_unraisable
+            _log_of_libraries().addFilter(_tells_no_interrupt)
         return self
 
     def __exit__(self, *_: object) -> None:
         for number in self._previous:
             signal.signal(number, self._behind)
         sys.unraisablehook = self._hook
+        _log_of_libraries().removeFilter(_tells_no_interrupt)
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
         received.append(number)
@@ -83,6 +86,16 @@ class WayOut:
         again = threading.Timer(_AGAIN_S, os.kill, (os.getpid(), signal.SIGINT))
         again.daemon = True
         again.start()
+
+
+def _log_of_libraries() -> logging.Filterer:
+    """What prints on stderr what libraries log, where nobody asks for their logs."""
+    return logging.lastResort or logging.NullHandler()
+
+
+def _tells_no_interrupt(record: logging.LogRecord) -> bool:
+    """Keep back what a library logs of an interrupt before it passes it on, as SQLAlchemy does."""
+    return not (record.exc_info and isinstance(record.exc_info[1], KeyboardInterrupt))
 
 
 def _reads_modules(frame: FrameType | None) -> bool:

@@ -23,6 +23,7 @@ CLOSE = "call:rig_drivers.stage.serial_stage:SerialStage.__exit__"
 CONCLUDE = "call:rig.sweep.conclude:fit_curve"
 WRITE = "call:rig.report:write_report"
 LAST = "call:rig.cli:_flushed"
+SHUT = "call:sqlalchemy.engine.default:DefaultDialect.do_close"
 slow = pytest.mark.slow
 
 
@@ -48,6 +49,14 @@ def assert_one_line(ended: Ended, says: str) -> None:
 def assert_free(store: Store, sweep_id: int = 1) -> None:
     assert store.owners() == {}
     assert not (store.sweep(sweep_id).folder / LOCK_FILE).exists()
+
+
+@pytest.mark.parametrize("number", ALL)
+def test_a_signal_while_a_connection_closes_is_one_line(number: int, database: str):
+    """SQLAlchemy logs what ends the closing of a connection, with its traceback, and passes it on."""
+    open_store(database).close()
+    ended = run_signalled(number, SHUT, "history", "--db", database)
+    assert_one_line(ended, KEPT)
 
 
 @pytest.mark.parametrize("number", ALL)
