@@ -53,7 +53,7 @@ def assert_free(store: Store, sweep_id: int = 1) -> None:
 
 @pytest.mark.parametrize("number", ALL)
 def test_a_signal_while_a_connection_closes_is_one_line(number: int, database: str):
-    """SQLAlchemy logs what ends the closing of a connection, with its traceback, and passes it on."""
+    """SQLAlchemy logs what ends the closing, with its traceback, and passes it on."""
     open_store(database).close()
     ended = run_signalled(number, SHUT, "history", "--db", database)
     assert_one_line(ended, KEPT)
